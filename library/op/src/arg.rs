@@ -1,0 +1,246 @@
+//! Arguments: how the fields of a declared struct are filled for one run.
+
+use std::collections::BTreeMap;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use crate::{ArgKind, Args, Artifact, Dim, Gather, Lit, Port, Ty};
+
+/// What one run, or one part, is built from.
+#[derive(Clone, Debug, Default)]
+pub struct Call {
+    /// Descriptions, complete.
+    pub args: Args,
+    /// Encoded artifacts by port; several where the port took a list.
+    pub ports: BTreeMap<String, Vec<Gathered<Arc<[u8]>>>>,
+}
+
+/// The values of one port argument, laid out over the axes it gathered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gathered<T> {
+    /// The axes gathered, outermost first; none for a single value.
+    pub dims: Vec<Dim>,
+    /// The values, last axis fastest.
+    pub values: Vec<T>,
+    /// What the spec calls the value, for legends and column heads; empty where labels do not travel.
+    pub name: String,
+}
+
+/// Why an argument could not be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ArgError {
+    /// An argument without default was left out.
+    #[error("needs a value for `{0}`")]
+    Missing(&'static str),
+    /// An argument has the wrong type.
+    #[error("expects {expected}, found {found}")]
+    Type {
+        /// The type declared.
+        expected: Ty,
+        /// The value given.
+        found: Lit,
+    },
+    /// A part of this name is not in the family.
+    #[error("no {family} is called `{name}`")]
+    NoSuchPart {
+        /// The family.
+        family: &'static str,
+        /// The name given.
+        name: String,
+    },
+    /// Bytes that do not decode.
+    #[error("the value of `{0}` does not decode")]
+    Decode(&'static str),
+}
+
+/// A type that can be a field of a declared struct.
+pub trait Arg: Sized {
+    /// What it takes, for the declaration.
+    fn kind() -> ArgKind;
+    /// Reads it from a call.
+    ///
+    /// # Errors
+    /// If the argument is missing, of another type or does not decode.
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError>;
+}
+
+/// A type that a description can be read as.
+pub trait Literal: Sized {
+    /// The type in the language.
+    fn ty() -> Ty;
+    /// Reads it from a complete description.
+    ///
+    /// # Errors
+    /// If the description has another type, or a part in it cannot be built.
+    fn from_lit(lit: &Lit) -> Result<Self, ArgError>;
+}
+
+impl<T: Literal> Arg for T {
+    fn kind() -> ArgKind {
+        ArgKind::Literal(T::ty())
+    }
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+        T::from_lit(call.args.get(name).ok_or(ArgError::Missing(name))?)
+    }
+}
+
+fn mismatch<T: Literal>(lit: &Lit) -> ArgError {
+    ArgError::Type { expected: T::ty(), found: lit.clone() }
+}
+
+macro_rules! literal {
+    ($($rust:ty: $ty:ident from $variant:ident($x:ident) => $value:expr;)+) => {$(
+        impl Literal for $rust {
+            fn ty() -> Ty {
+                Ty::$ty
+            }
+            fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
+                match lit {
+                    Lit::$variant($x) => $value.ok_or_else(|| mismatch::<Self>(lit)),
+                    _ => Err(mismatch::<Self>(lit)),
+                }
+            }
+        }
+    )+};
+}
+
+literal! {
+    bool: Bool from Bool(b) => Some(*b);
+    i64: Int from Int(n) => Some(*n);
+    u64: Int from Int(n) => u64::try_from(*n).ok();
+    usize: Int from Int(n) => usize::try_from(*n).ok();
+    f64: Float from Real(x) => Some(*x);
+    String: Str from Text(s) => Some(s.clone());
+}
+
+impl<T: Literal> Literal for Vec<T> {
+    fn ty() -> Ty {
+        Ty::List(Box::new(T::ty()))
+    }
+    fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
+        let Lit::List(items) = lit else { return Err(mismatch::<Self>(lit)) };
+        items.iter().map(T::from_lit).collect()
+    }
+}
+
+/// The number of members of an ensemble. It expands to nodes before anything runs,
+/// and so carries no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemberCount;
+
+impl Arg for MemberCount {
+    fn kind() -> ArgKind {
+        ArgKind::Members
+    }
+    fn take(_: &Call, _: &'static str) -> Result<Self, ArgError> {
+        Ok(Self)
+    }
+}
+
+/// Names of axes or dimensions, as the gathered values bear them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AxisNames(pub Vec<String>);
+
+impl Arg for AxisNames {
+    fn kind() -> ArgKind {
+        ArgKind::Axes
+    }
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+        Vec::take(call, name).map(Self)
+    }
+}
+
+/// A port that sees one value at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct One<A>(pub A);
+
+impl<A> Deref for One<A> {
+    type Target = A;
+    fn deref(&self) -> &A {
+        &self.0
+    }
+}
+
+/// A port that sees all members of an ensemble, in member order; never empty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Members<A>(pub Vec<A>);
+
+impl<A> Deref for Members<A> {
+    type Target = [A];
+    fn deref(&self) -> &[A] {
+        &self.0
+    }
+}
+
+/// A port that sees what `collect(x, over: ..)` put together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collected<A>(pub Gathered<A>);
+
+/// A port that sees its value over the axes which the axis arguments name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named<A>(pub Gathered<A>);
+
+/// A port that sees its value over everything it varies over, with labels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Everything<A>(pub Gathered<A>);
+
+/// A port that takes one value or a list of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Many<P>(pub Vec<P>);
+
+/// A wrapper that makes a port of an artifact.
+pub trait PortType: Sized {
+    /// The kind of artifact.
+    const ARTIFACT: &'static str;
+    /// What one run sees.
+    const GATHER: Gather;
+    /// Decodes one argument.
+    fn decode(gathered: &Gathered<Arc<[u8]>>) -> Option<Self>;
+}
+
+fn decode_all<A: Artifact>(gathered: &Gathered<Arc<[u8]>>) -> Option<Gathered<A>> {
+    let values = gathered.values.iter().map(|bytes| A::decode(bytes)).collect::<Option<_>>()?;
+    Some(Gathered { dims: gathered.dims.clone(), values, name: gathered.name.clone() })
+}
+
+macro_rules! port {
+    ($($wrapper:ident: $gather:ident, $from:expr;)+) => {$(
+        impl<A: Artifact> PortType for $wrapper<A> {
+            const ARTIFACT: &'static str = A::KIND;
+            const GATHER: Gather = Gather::$gather;
+            fn decode(gathered: &Gathered<Arc<[u8]>>) -> Option<Self> {
+                let convert: fn(Gathered<A>) -> Option<Self> = $from;
+                decode_all(gathered).and_then(convert)
+            }
+        }
+
+        impl<A: Artifact> Arg for $wrapper<A> {
+            fn kind() -> ArgKind {
+                ArgKind::Port(Port { artifact: Self::ARTIFACT, gather: Self::GATHER, list: false })
+            }
+            fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+                let values = call.ports.get(name).ok_or(ArgError::Missing(name))?;
+                values.first().and_then(Self::decode).ok_or(ArgError::Decode(name))
+            }
+        }
+    )+};
+}
+
+port! {
+    One: Pointwise, |mut all| all.values.pop().map(Self);
+    Members: Members, |all| (!all.values.is_empty()).then_some(Self(all.values));
+    Collected: Collected, |all| Some(Self(all));
+    Named: Named, |all| Some(Self(all));
+    Everything: Everything, |all| Some(Self(all));
+}
+
+impl<P: PortType> Arg for Many<P> {
+    fn kind() -> ArgKind {
+        ArgKind::Port(Port { artifact: P::ARTIFACT, gather: P::GATHER, list: true })
+    }
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+        let values = call.ports.get(name).ok_or(ArgError::Missing(name))?;
+        let decoded = values.iter().map(P::decode).collect::<Option<_>>();
+        decoded.map(Self).ok_or(ArgError::Decode(name))
+    }
+}

@@ -1,0 +1,188 @@
+//! Arrays with named dimensions: what measures are made of.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Artifact, Data, Gathered, Tensors};
+
+/// Numbers over named dimensions, last dimension fastest. Without dimensions, a scalar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Array {
+    /// The dimensions, outermost first; names are unique.
+    pub dims: Vec<Dim>,
+    /// One number a coordinate.
+    pub values: Vec<f64>,
+}
+
+/// One dimension and the labels of its coordinates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dim {
+    /// Its name.
+    pub name: String,
+    /// Its coordinates.
+    pub labels: Labels,
+}
+
+/// The coordinates of a dimension.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Labels {
+    /// Numbers, such as the points of a grid.
+    Numbers(Vec<f64>),
+    /// Names.
+    Names(Vec<String>),
+}
+
+impl Labels {
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Numbers(xs) => xs.len(),
+            Self::Names(names) => names.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The label at `i` as text.
+    ///
+    /// # Panics
+    /// If `i` is out of bounds.
+    #[must_use]
+    pub fn text(&self, i: usize) -> String {
+        match self {
+            Self::Numbers(xs) => xs[i].to_string(),
+            Self::Names(names) => names[i].clone(),
+        }
+    }
+
+    /// The labels at these places, in this order.
+    ///
+    /// # Panics
+    /// If a place is out of bounds.
+    #[must_use]
+    pub fn pick(&self, places: &[usize]) -> Self {
+        match self {
+            Self::Numbers(xs) => Self::Numbers(places.iter().map(|&i| xs[i]).collect()),
+            Self::Names(names) => Self::Names(places.iter().map(|&i| names[i].clone()).collect()),
+        }
+    }
+}
+
+impl Dim {
+    /// A dimension with these coordinates.
+    #[must_use]
+    pub fn new(name: &str, labels: Labels) -> Self {
+        Self { name: name.to_owned(), labels }
+    }
+
+    /// How many coordinates it has.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.labels.len()
+    }
+
+    /// Whether it has none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.labels.is_empty()
+    }
+}
+
+impl Array {
+    /// A number without dimensions.
+    #[must_use]
+    pub fn scalar(value: f64) -> Self {
+        Self { dims: Vec::new(), values: vec![value] }
+    }
+
+    /// Numbers over one dimension.
+    ///
+    /// # Panics
+    /// If there are not as many values as coordinates.
+    #[must_use]
+    pub fn series(dim: Dim, values: Vec<f64>) -> Self {
+        assert_eq!(dim.len(), values.len(), "one value a coordinate");
+        Self { dims: vec![dim], values }
+    }
+
+    /// The arrays side by side: the gathered axes outermost, then the dimensions they share.
+    ///
+    /// # Errors
+    /// If the arrays differ in their dimensions, or an axis bears the name of one.
+    pub fn stack(gathered: &Gathered<Self>) -> Result<Self, String> {
+        let mut dims = gathered.dims.clone();
+        let mut values = Vec::new();
+        for (i, array) in gathered.values.iter().enumerate() {
+            if i == 0 {
+                if let Some(clash) = array.dims.iter().find(|d| dims.iter().any(|e| e.name == d.name)) {
+                    return Err(format!("`{}` is both an axis and a dimension of the value", clash.name));
+                }
+                dims.extend(array.dims.iter().cloned());
+            } else if array.dims != gathered.values[0].dims {
+                return Err("the values do not share their dimensions".to_owned());
+            }
+            values.extend_from_slice(&array.values);
+        }
+        Ok(Self { dims, values })
+    }
+
+    /// The place of the dimension called `name`.
+    #[must_use]
+    pub fn dim(&self, name: &str) -> Option<usize> {
+        self.dims.iter().position(|dim| dim.name == name)
+    }
+
+    /// How far apart neighbours along each dimension lie in `values`.
+    #[must_use]
+    pub fn strides(&self) -> Vec<usize> {
+        let mut strides = vec![1; self.dims.len()];
+        for i in (0..self.dims.len().saturating_sub(1)).rev() {
+            strides[i] = strides[i + 1] * self.dims[i + 1].len();
+        }
+        strides
+    }
+}
+
+impl Artifact for Array {
+    const KIND: &'static str = "Array";
+
+    fn encode(&self) -> Vec<u8> {
+        let shape = self.dims.iter().map(Dim::len).collect();
+        let values = Data::F64(shape, self.values.clone());
+        Tensors { arrays: [("values".to_owned(), values)].into() }.encode(Self::KIND, &self.dims)
+    }
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        let (mut tensors, dims) = Tensors::decode::<Vec<Dim>>(Self::KIND, bytes)?;
+        let (shape, values) = tensors.f64("values")?;
+        (shape == dims.iter().map(Dim::len).collect::<Vec<_>>()).then_some(Self { dims, values })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stacking_puts_the_axis_outside() {
+        let x = Dim::new("x", Labels::Numbers(vec![0.0, 0.5]));
+        let ke = Dim::new("ke", Labels::Names(vec!["WCM".into(), "MA".into()]));
+        let rows = [vec![1.0, 2.0], vec![3.0, 4.0]];
+        let values = rows.map(|row| Array::series(x.clone(), row)).to_vec();
+        let stacked = Array::stack(&Gathered { dims: vec![ke.clone()], values, name: String::new() });
+        let stacked = stacked.expect("the rows share `x`");
+        assert_eq!(stacked, Array { dims: vec![ke, x], values: vec![1.0, 2.0, 3.0, 4.0] });
+        assert_eq!(stacked.strides(), [2, 1]);
+        assert_eq!(Array::decode(&stacked.encode()), Some(stacked));
+    }
+
+    #[test]
+    fn a_scalar_survives_the_round_trip() {
+        let scalar = Array::scalar(-0.5);
+        assert_eq!(Array::decode(&scalar.encode()), Some(scalar));
+    }
+}

@@ -1,0 +1,158 @@
+//! Artifacts: what operations compute, as bytes.
+//!
+//! Every artifact is a safetensors file whose metadata has one entry, `ivx`: the kind and
+//! the small facts, as RON. One entry, because the crate writes metadata in hash order.
+
+use std::collections::{BTreeMap, HashMap};
+
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// A value that can travel along an edge of the graph and lie in the cache.
+///
+/// A fresh value and a cached one are the same bytes: results are encoded even when they
+/// were just computed, and readers decode.
+pub trait Artifact: Sized + Send + 'static {
+    /// The name of the kind, as in `Dataset`.
+    const KIND: &'static str;
+    /// The value as bytes. Equal values give equal bytes.
+    fn encode(&self) -> Vec<u8>;
+    /// The value back; `None` if the bytes are not of this kind.
+    fn decode(bytes: &[u8]) -> Option<Self>;
+}
+
+/// The content of an artifact file: named arrays and small facts.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Tensors {
+    /// Named arrays.
+    pub arrays: BTreeMap<String, Data>,
+}
+
+/// One array of an artifact file, with its shape.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Data {
+    /// Double precision.
+    F64(Vec<usize>, Vec<f64>),
+    /// Single precision.
+    F32(Vec<usize>, Vec<f32>),
+    /// Bytes.
+    U8(Vec<u8>),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header<F> {
+    kind: String,
+    facts: F,
+}
+
+impl Tensors {
+    /// The bytes of an artifact of `kind` with `facts`.
+    #[must_use]
+    #[expect(clippy::disallowed_types, reason = "the crate's signature; one entry has no order")]
+    pub fn encode<F: Serialize>(&self, kind: &str, facts: &F) -> Vec<u8> {
+        let header = Header { kind: kind.to_owned(), facts };
+        let header = ron::to_string(&header).expect("facts are plain data");
+        let bytes: Vec<_> = self.arrays.iter().map(|(name, data)| (name, data.bytes())).collect();
+        let views = bytes.iter().map(|(name, (dtype, shape, bytes))| {
+            let view = TensorView::new(*dtype, shape.clone(), bytes).expect("shape fits the data");
+            (name.as_str(), view)
+        });
+        let metadata = HashMap::from([("ivx".to_owned(), header)]);
+        safetensors::serialize(views, Some(metadata)).expect("named arrays serialise")
+    }
+
+    /// The arrays and facts of an artifact of `kind`; `None` if the bytes are something else.
+    #[must_use]
+    pub fn decode<F: DeserializeOwned>(kind: &str, bytes: &[u8]) -> Option<(Self, F)> {
+        let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
+        let header = metadata.metadata().as_ref()?.get("ivx")?;
+        let header: Header<F> = ron::from_str(header).ok()?;
+        if header.kind != kind {
+            return None;
+        }
+        let file = SafeTensors::deserialize(bytes).ok()?;
+        let mut arrays = BTreeMap::new();
+        for (name, view) in file.iter() {
+            arrays.insert(name.to_owned(), Data::from_view(&view)?);
+        }
+        Some((Self { arrays }, header.facts))
+    }
+
+    /// Takes a double-precision array out.
+    pub fn f64(&mut self, name: &str) -> Option<(Vec<usize>, Vec<f64>)> {
+        match self.arrays.remove(name)? {
+            Data::F64(shape, values) => Some((shape, values)),
+            _ => None,
+        }
+    }
+
+    /// Takes a single-precision array out.
+    pub fn f32(&mut self, name: &str) -> Option<(Vec<usize>, Vec<f32>)> {
+        match self.arrays.remove(name)? {
+            Data::F32(shape, values) => Some((shape, values)),
+            _ => None,
+        }
+    }
+}
+
+impl Data {
+    fn bytes(&self) -> (Dtype, Vec<usize>, Vec<u8>) {
+        match self {
+            Self::F64(shape, values) => {
+                (Dtype::F64, shape.clone(), values.iter().flat_map(|x| x.to_le_bytes()).collect())
+            }
+            Self::F32(shape, values) => {
+                (Dtype::F32, shape.clone(), values.iter().flat_map(|x| x.to_le_bytes()).collect())
+            }
+            Self::U8(values) => (Dtype::U8, vec![values.len()], values.clone()),
+        }
+    }
+
+    fn from_view(view: &TensorView<'_>) -> Option<Self> {
+        let (shape, bytes) = (view.shape().to_vec(), view.data());
+        match view.dtype() {
+            Dtype::F64 => {
+                let (words, _) = bytes.as_chunks();
+                Some(Self::F64(shape, words.iter().map(|w| f64::from_le_bytes(*w)).collect()))
+            }
+            Dtype::F32 => {
+                let (words, _) = bytes.as_chunks();
+                Some(Self::F32(shape, words.iter().map(|w| f32::from_le_bytes(*w)).collect()))
+            }
+            Dtype::U8 => Some(Self::U8(bytes.to_vec())),
+            _ => None,
+        }
+    }
+}
+
+/// The kind of an artifact file; `None` if it is none.
+#[must_use]
+pub fn kind_of(bytes: &[u8]) -> Option<String> {
+    let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
+    let header = metadata.metadata().as_ref()?.get("ivx")?;
+    ron::from_str::<Header<ron::Value>>(header).ok().map(|header| header.kind)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_and_facts_survive_the_round_trip() {
+        let arrays = BTreeMap::from([
+            ("w".to_owned(), Data::F32(vec![2, 1], vec![1.5, -0.25])),
+            ("a".to_owned(), Data::F64(vec![1], vec![f64::NAN])),
+            ("text".to_owned(), Data::U8(b"abc".to_vec())),
+        ]);
+        let bytes = Tensors { arrays }.encode("Toy", &(7_u8, "x"));
+        assert_eq!(bytes, {
+            let (back, facts) = Tensors::decode::<(u8, String)>("Toy", &bytes).expect("decodes");
+            back.encode("Toy", &facts)
+        });
+        assert_eq!(kind_of(&bytes).as_deref(), Some("Toy"));
+        assert_eq!(Tensors::decode::<(u8, String)>("Other", &bytes), None);
+        assert_eq!(Tensors::decode::<(u8, String)>("Toy", &bytes[..20]), None);
+    }
+}

@@ -1,0 +1,244 @@
+//! Everything known about one operation or part, as plain data.
+//!
+//! A [`Decl`] is what [`declare!`](crate::declare) writes; the checker, the reference page
+//! and the key are derived from it and from nothing else.
+
+use std::fmt;
+use std::ops::{RangeFrom, RangeInclusive};
+
+use crate::Lit;
+
+/// The type of a description.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ty {
+    /// `true` or `false`.
+    Bool,
+    /// A whole number; it widens to [`Ty::Float`].
+    Int,
+    /// A real number.
+    Float,
+    /// A string.
+    Str,
+    /// A list of one type.
+    List(Box<Ty>),
+    /// A part of a family, such as `Ke`.
+    Part(String),
+}
+
+impl fmt::Display for Ty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool => f.write_str("Bool"),
+            Self::Int => f.write_str("Int"),
+            Self::Float => f.write_str("Float"),
+            Self::Str => f.write_str("Str"),
+            Self::List(item) => write!(f, "List<{item}>"),
+            Self::Part(family) => f.write_str(family),
+        }
+    }
+}
+
+/// One operation or part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decl {
+    /// The name a spec calls it by.
+    pub name: &'static str,
+    /// Rises when its output may change.
+    pub version: u32,
+    /// The doc comment of its declaration.
+    pub docs: &'static str,
+    /// What it is.
+    pub role: Role,
+    /// Whether it draws random numbers, and so varies over `seed`.
+    pub stochastic: bool,
+    /// Its arguments, in the order of positional use.
+    pub args: Vec<ArgDecl>,
+}
+
+/// What a declared thing is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Role {
+    /// A node of the graph, with its result.
+    Op(OutDecl),
+    /// A value inside an operation's arguments, with its family.
+    Part(&'static str),
+}
+
+/// The result of an operation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutDecl {
+    /// The kind of artifact.
+    pub artifact: &'static str,
+    /// The dimensions inside it.
+    pub dims: Dims,
+}
+
+/// How the dimensions inside a result follow from the arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dims {
+    /// These.
+    Fixed(&'static [&'static str]),
+    /// Those of every pointwise array argument together.
+    Union,
+    /// Those of one argument, without what the axis arguments name, and with these.
+    Reduced {
+        /// The argument.
+        port: &'static str,
+        /// Dimensions that take the place of those taken away.
+        add: &'static [&'static str],
+    },
+}
+
+/// One argument of an operation or part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArgDecl {
+    /// The name a spec gives it by.
+    pub name: &'static str,
+    /// Its doc comment.
+    pub docs: &'static str,
+    /// What it takes.
+    pub kind: ArgKind,
+    /// Used where a spec leaves the argument out.
+    pub default: Option<Lit>,
+    /// Numbers it accepts; for lists, each item.
+    pub range: Option<Range>,
+}
+
+/// What an argument takes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ArgKind {
+    /// A description.
+    Literal(Ty),
+    /// The number of members. Each is a node of its own, so that no node knows it.
+    Members,
+    /// The name of an axis or dimension, or a list of them.
+    Axes,
+    /// An artifact.
+    Port(Port),
+}
+
+/// An argument that takes an artifact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Port {
+    /// The kind of artifact.
+    pub artifact: &'static str,
+    /// What one run sees of a value that varies.
+    pub gather: Gather,
+    /// Whether it also takes a list of values.
+    pub list: bool,
+}
+
+/// What one run sees of a value that varies over axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gather {
+    /// One coordinate: the operation runs once for each.
+    Pointwise,
+    /// All members of an ensemble.
+    Members,
+    /// What `collect(x, over: ..)` put together.
+    Collected,
+    /// The axes that the operation's axis arguments name. Labels do not travel.
+    Named,
+    /// Everything, with labels and in the order of declaration.
+    Everything,
+}
+
+/// Numbers an argument accepts, bounds included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The lowest.
+    pub low: f64,
+    /// The highest; may be infinite.
+    pub high: f64,
+}
+
+impl From<RangeInclusive<f64>> for Range {
+    fn from(range: RangeInclusive<f64>) -> Self {
+        Self { low: *range.start(), high: *range.end() }
+    }
+}
+
+impl From<RangeFrom<f64>> for Range {
+    fn from(range: RangeFrom<f64>) -> Self {
+        Self { low: range.start, high: f64::INFINITY }
+    }
+}
+
+impl Range {
+    /// Whether `x` lies inside.
+    #[must_use]
+    pub fn contains(&self, x: f64) -> bool {
+        self.low <= x && x <= self.high
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.low, self.high) {
+            (low, f64::INFINITY) if low == f64::MIN_POSITIVE => f.write_str("above 0"),
+            (low, f64::INFINITY) => write!(f, "at least {low}"),
+            (low, high) if low == f64::MIN_POSITIVE => write!(f, "above 0 and at most {high}"),
+            (low, high) => write!(f, "from {low} to {high}"),
+        }
+    }
+}
+
+impl Decl {
+    /// The argument called `name`.
+    #[must_use]
+    pub fn arg(&self, name: &str) -> Option<&ArgDecl> {
+        self.args.iter().find(|arg| arg.name == name)
+    }
+}
+
+/// As the reference writes it: `argmax(model: Ensemble<Model>, ke: Ke, ...) -> Decision`.
+impl fmt::Display for Decl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}(", self.name)?;
+        for (i, arg) in self.args.iter().enumerate() {
+            write!(f, "{}{}: {}", if i == 0 { "" } else { ", " }, arg.name, arg.kind)?;
+            if let Some(default) = &arg.default {
+                write!(f, " = {default}")?;
+            }
+        }
+        match &self.role {
+            Role::Op(out) => write!(f, ") -> {out}"),
+            Role::Part(family) => write!(f, ") -> {family}"),
+        }
+    }
+}
+
+impl fmt::Display for OutDecl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.artifact)?;
+        match self.dims {
+            Dims::Fixed([]) => Ok(()),
+            Dims::Fixed(dims) => write!(f, "[{}]", dims.join(", ")),
+            Dims::Union => f.write_str("[..]"),
+            Dims::Reduced { port, add: [] } => write!(f, "[those of {port} but over]"),
+            Dims::Reduced { add, .. } => write!(f, "[.., {}]", add.join(", ")),
+        }
+    }
+}
+
+impl fmt::Display for ArgKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Literal(ty) => write!(f, "{ty}"),
+            Self::Members => f.write_str("Int"),
+            Self::Axes => f.write_str("Axis"),
+            Self::Port(port) => write!(f, "{port}"),
+        }
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.gather {
+            Gather::Members => write!(f, "Ensemble<{}>", self.artifact),
+            Gather::Collected => write!(f, "Collection<{}>", self.artifact),
+            _ if self.list => write!(f, "List<{}>", self.artifact),
+            _ => f.write_str(self.artifact),
+        }
+    }
+}

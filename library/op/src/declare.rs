@@ -1,0 +1,111 @@
+//! The one declaration.
+
+/// Declares an operation or a part: a struct whose fields are its arguments.
+///
+/// ```
+/// use ivx_op::{Array, One, declare};
+///
+/// declare! {
+///     /// A part: what follows `@` is its version.
+///     pub struct Cvar = "cvar" @ 1 {
+///         /// Share of members kept.
+///         alpha: f64 = 0.25, in 0.01..=1.0;
+///     }
+/// }
+///
+/// declare! {
+///     /// An operation: it has a result. `stochastic` ones vary over `seed`.
+///     pub struct Jitter = "jitter" @ 1, stochastic -> Array [like value] {
+///         /// A port: an artifact, one coordinate at a time.
+///         value: One<Array>;
+///         /// A description.
+///         scale: f64 = 1.0;
+///     }
+/// }
+/// ```
+///
+/// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all pointwise
+/// arrays, `[reduce port]` without the named axes, `[reduce port to rank]`.
+#[macro_export]
+macro_rules! declare {
+    (
+        $(#[doc = $doc:literal])+
+        $vis:vis struct $ty:ident = $name:literal @ $version:literal $(, $flag:ident)?
+        $(-> $out:ident $([$($dims:tt)+])?)? {
+            $(
+                $(#[doc = $arg_doc:literal])+
+                $field:ident: $field_ty:ty $(= $default:expr)? $(, in $range:expr)?;
+            )*
+        }
+    ) => {
+        $(#[doc = $doc])+
+        #[derive(Debug)]
+        $vis struct $ty { $( $(#[doc = $arg_doc])+ pub $field: $field_ty, )* }
+
+        impl $crate::Declared for $ty {
+            const NAME: &'static str = $name;
+            const VERSION: u32 = $version;
+            const DOCS: &'static str = concat!($($doc, "\n"),+);
+            const STOCHASTIC: bool = $crate::declare!(@flag $($flag)?);
+
+            fn args() -> Vec<$crate::ArgDecl> {
+                vec![$( $crate::ArgDecl {
+                    name: stringify!($field),
+                    docs: concat!($($arg_doc, "\n"),+),
+                    kind: <$field_ty as $crate::Arg>::kind(),
+                    default: None$(.or(Some($crate::Lit::from($default))))?,
+                    range: None$(.or(Some($crate::Range::from($range))))?,
+                } ),*]
+            }
+
+            #[expect(clippy::allow_attributes, reason = "unused only where there are no arguments")]
+            #[allow(unused_variables)]
+            fn build(call: &$crate::Call) -> Result<Self, $crate::ArgError> {
+                Ok(Self { $( $field: $crate::Arg::take(call, stringify!($field))?, )* })
+            }
+        }
+
+        $(
+            impl $crate::Produces for $ty {
+                type Out = $out;
+                const DIMS: $crate::Dims = $crate::declare!(@dims $($($dims)+)?);
+            }
+        )?
+    };
+    (@flag) => { false };
+    (@flag stochastic) => { true };
+    (@dims) => { $crate::Dims::Fixed(&[]) };
+    (@dims like $port:ident) => { $crate::Dims::Reduced { port: stringify!($port), add: &[] } };
+    (@dims reduce $port:ident) => { $crate::Dims::Reduced { port: stringify!($port), add: &[] } };
+    (@dims reduce $port:ident to $add:ident) => {
+        $crate::Dims::Reduced { port: stringify!($port), add: &[stringify!($add)] }
+    };
+    (@dims union) => { $crate::Dims::Union };
+    (@dims $($dim:ident),+) => { $crate::Dims::Fixed(&[$(stringify!($dim)),+]) };
+}
+
+/// Makes a family of parts an argument type: `Box<dyn Trait>`, looked up in the family's table.
+///
+/// The table is a function that returns `&'static Parts<dyn Trait>`. The name is given here and
+/// not read from the table, since a part that holds others of its family is declared while
+/// the table is being made.
+#[macro_export]
+macro_rules! family {
+    ($part:ty, $name:literal, $table:path) => {
+        impl $crate::Family for $part {
+            const NAME: &'static str = $name;
+        }
+
+        impl $crate::Literal for Box<$part> {
+            fn ty() -> $crate::Ty {
+                $crate::Ty::Part($name.to_owned())
+            }
+            fn from_lit(lit: &$crate::Lit) -> Result<Self, $crate::ArgError> {
+                let $crate::Lit::Part(part) = lit else {
+                    return Err($crate::ArgError::Type { expected: Self::ty(), found: lit.clone() });
+                };
+                $table().build(part)
+            }
+        }
+    };
+}

@@ -1,0 +1,28 @@
+//! What an operation is: the contract between the language, the engine and the library.
+//!
+//! Operations are nodes of the graph, parts are values inside an operation's arguments.
+//! Each is one [`declare!`]; everything else is derived from it.
+
+mod arg;
+mod array;
+mod artifact;
+mod decl;
+mod declare;
+mod lit;
+mod registry;
+mod rendered;
+mod rng;
+mod verdict;
+
+pub use arg::{
+    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, Literal, Many, MemberCount,
+    Members, Named, One, PortType,
+};
+pub use array::{Array, Dim, Labels};
+pub use artifact::{Artifact, Data, Tensors, kind_of};
+pub use decl::{ArgDecl, ArgKind, Decl, Dims, Gather, OutDecl, Port, Range, Role, Ty};
+pub use lit::{Args, Lit, Part};
+pub use registry::{Bytes, Declared, Family, Op, OpError, Produces, Parts, Registry};
+pub use rendered::{Figure, Table};
+pub use rng::Ctx;
+pub use verdict::{Finding, Outcome, Verdict};

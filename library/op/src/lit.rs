@@ -1,0 +1,138 @@
+//! Descriptions: the plain data that a spec writes down.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// A description, complete: defaults filled, names resolved, parameters substituted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Lit {
+    /// `true` or `false`.
+    Bool(bool),
+    /// A whole number.
+    Int(i64),
+    /// A finite real number.
+    Real(f64),
+    /// A string.
+    Text(String),
+    /// A list, in the order written.
+    List(Vec<Lit>),
+    /// A named part with its arguments, such as `cvar(alpha: 0.1)`.
+    Part(Part),
+}
+
+/// A named part with its arguments, such as `cvar(alpha: 0.1)`.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Part {
+    /// The declared name.
+    pub name: String,
+    /// Its arguments.
+    pub args: Args,
+}
+
+/// Arguments in name order; the order of writing never reaches a key.
+pub type Args = BTreeMap<String, Lit>;
+
+impl Part {
+    /// A part with no arguments given.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), args: Args::new() }
+    }
+
+    /// The same part with one more argument.
+    #[must_use]
+    pub fn with(mut self, arg: &str, value: impl Into<Lit>) -> Self {
+        self.args.insert(arg.to_owned(), value.into());
+        self
+    }
+}
+
+impl Lit {
+    /// A number as `f64`; `None` for what is not a number.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "specs count far below 2^53")]
+    pub fn as_f64(&self) -> Option<f64> {
+        match self {
+            Self::Int(n) => Some(*n as f64),
+            Self::Real(x) => Some(*x),
+            _ => None,
+        }
+    }
+}
+
+/// As the language writes it; reals shortest round-trip, −0 as 0.
+impl fmt::Display for Lit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(b) => write!(f, "{b}"),
+            Self::Int(n) => write!(f, "{n}"),
+            Self::Real(x) => write!(f, "{:?}", x + 0.0),
+            Self::Text(s) => write!(f, "{s:?}"),
+            Self::List(items) => {
+                f.write_str("[")?;
+                for (i, item) in items.iter().enumerate() {
+                    write!(f, "{}{item}", if i == 0 { "" } else { ", " })?;
+                }
+                f.write_str("]")
+            }
+            Self::Part(part) => write!(f, "{part}"),
+        }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}(", self.name)?;
+        for (i, (name, value)) in self.args.iter().enumerate() {
+            write!(f, "{}{name}: {value}", if i == 0 { "" } else { ", " })?;
+        }
+        f.write_str(")")
+    }
+}
+
+impl From<bool> for Lit {
+    fn from(value: bool) -> Self {
+        Self::Bool(value)
+    }
+}
+
+impl From<i64> for Lit {
+    fn from(value: i64) -> Self {
+        Self::Int(value)
+    }
+}
+
+impl From<f64> for Lit {
+    fn from(value: f64) -> Self {
+        Self::Real(value)
+    }
+}
+
+impl From<&str> for Lit {
+    fn from(value: &str) -> Self {
+        Self::Text(value.to_owned())
+    }
+}
+
+impl From<Part> for Lit {
+    fn from(value: Part) -> Self {
+        Self::Part(value)
+    }
+}
+
+impl<T: Into<Lit>> From<Vec<T>> for Lit {
+    fn from(values: Vec<T>) -> Self {
+        Self::List(values.into_iter().map(Into::into).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_description_reads_as_the_language_writes_it() {
+        let part = Part::new("f").with("b", vec![1.0, -0.0]).with("a", "x\"y");
+        assert_eq!(Lit::from(part).to_string(), r#"f(a: "x\"y", b: [1.0, 0.0])"#);
+    }
+}

@@ -1,0 +1,312 @@
+//! Tables of declared things, by name.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::{
+    ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, Lit, OutDecl, Part, Role,
+};
+
+/// Implemented by [`declare!`](crate::declare) only.
+pub trait Declared: Sized + Send + Sync + 'static {
+    /// The name a spec calls it by.
+    const NAME: &'static str;
+    /// Rises when its output may change.
+    const VERSION: u32;
+    /// The doc comment.
+    const DOCS: &'static str;
+    /// Whether it draws random numbers.
+    const STOCHASTIC: bool;
+    /// Its arguments, in the order of positional use.
+    fn args() -> Vec<ArgDecl>;
+    /// Builds it from complete arguments.
+    ///
+    /// # Errors
+    /// If an argument is missing, of another type or does not decode.
+    fn build(call: &Call) -> Result<Self, ArgError>;
+}
+
+/// What an operation results in; implemented by [`declare!`](crate::declare) only.
+pub trait Produces: Declared {
+    /// The result.
+    type Out: Artifact;
+    /// The dimensions inside it.
+    const DIMS: Dims;
+}
+
+/// A node of the graph.
+pub trait Op: Produces {
+    /// Computes the result from the arguments, which are the fields of `self`.
+    ///
+    /// # Errors
+    /// If there is no result; the message says why, to the author of the spec.
+    fn run(&self, ctx: &Ctx) -> Result<Self::Out, OpError>;
+}
+
+/// Why an operation has no result.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OpError {
+    /// An argument could not be built.
+    #[error(transparent)]
+    Arg(#[from] ArgError),
+    /// The computation has no result.
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// An encoded result.
+pub type Bytes = Arc<[u8]>;
+
+type Run = fn(&Call, &Ctx) -> Result<Bytes, OpError>;
+
+/// The operations and parts that specs can use.
+#[derive(Default)]
+pub struct Registry {
+    ops: BTreeMap<&'static str, (Decl, Run)>,
+    parts: BTreeMap<&'static str, Decl>,
+}
+
+impl Registry {
+    /// Adds an operation.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn op<T: Op>(mut self) -> Self {
+        let out = OutDecl { artifact: T::Out::KIND, dims: T::DIMS };
+        let run: Run = |call, ctx| Ok(T::build(call)?.run(ctx)?.encode().into());
+        let taken = self.ops.insert(T::NAME, (decl::<T>(Role::Op(out)), run));
+        assert!(taken.is_none(), "`{}` is declared twice", T::NAME);
+        self
+    }
+
+    /// Adds the parts of a family.
+    ///
+    /// # Panics
+    /// If a name is taken.
+    #[must_use]
+    pub fn parts<T: ?Sized>(mut self, table: &Parts<T>) -> Self {
+        for (decl, _) in table.entries.values() {
+            let taken = self.parts.insert(decl.name, decl.clone());
+            assert!(taken.is_none(), "`{}` is declared twice", decl.name);
+        }
+        self
+    }
+
+    /// The declaration of an operation or part.
+    #[must_use]
+    pub fn decl(&self, name: &str) -> Option<&Decl> {
+        self.ops.get(name).map(|(decl, _)| decl).or_else(|| self.parts.get(name))
+    }
+
+    /// All declarations, operations first, by name.
+    pub fn decls(&self) -> impl Iterator<Item = &Decl> {
+        self.ops.values().map(|(decl, _)| decl).chain(self.parts.values())
+    }
+
+    /// Runs an operation; `ctx.op` must be its name.
+    ///
+    /// # Errors
+    /// If the operation fails.
+    ///
+    /// # Panics
+    /// If there is no such operation: the checker saw to it that there is.
+    pub fn run(&self, name: &str, call: &Call, ctx: &Ctx) -> Result<Bytes, OpError> {
+        let (_, run) = self.ops.get(name).expect("checked programs name known operations");
+        run(call, ctx)
+    }
+
+    /// The part with defaults filled in, at every depth.
+    #[must_use]
+    pub fn complete(&self, part: &Part) -> Part {
+        let Some(decl) = self.parts.get(part.name.as_str()) else { return part.clone() };
+        let mut args = Args::new();
+        for arg in &decl.args {
+            if let Some(value) = part.args.get(arg.name).or(arg.default.as_ref()) {
+                args.insert(arg.name.to_owned(), self.complete_lit(value));
+            }
+        }
+        Part { name: part.name.clone(), args }
+    }
+
+    /// The description with the defaults of every part filled in.
+    #[must_use]
+    pub fn complete_lit(&self, lit: &Lit) -> Lit {
+        match lit {
+            Lit::Part(part) => Lit::Part(self.complete(part)),
+            Lit::List(items) => Lit::List(items.iter().map(|i| self.complete_lit(i)).collect()),
+            other => other.clone(),
+        }
+    }
+
+    /// The number of members that a part or something inside it asks for.
+    #[must_use]
+    pub fn member_count(&self, lit: &Lit) -> Option<(String, i64)> {
+        match lit {
+            Lit::List(items) => items.iter().find_map(|item| self.member_count(item)),
+            Lit::Part(part) => {
+                let decl = self.parts.get(part.name.as_str())?;
+                let own = decl.args.iter().find(|arg| arg.kind == ArgKind::Members);
+                match own.and_then(|arg| part.args.get(arg.name)) {
+                    Some(Lit::Int(n)) => Some((part.name.clone(), *n)),
+                    _ => part.args.values().find_map(|value| self.member_count(value)),
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+fn decl<T: Declared>(role: Role) -> Decl {
+    Decl {
+        name: T::NAME,
+        version: T::VERSION,
+        docs: T::DOCS,
+        role,
+        stochastic: T::STOCHASTIC,
+        args: T::args(),
+    }
+}
+
+type Build<T> = Box<dyn Fn(&Call) -> Result<Box<T>, ArgError> + Send + Sync>;
+
+/// A family of parts; implemented by [`family!`](crate::family) only.
+pub trait Family {
+    /// The name of the family, as in `Ke`.
+    const NAME: &'static str;
+}
+
+/// The parts of one family, by name.
+pub struct Parts<T: ?Sized> {
+    entries: BTreeMap<&'static str, (Decl, Build<T>)>,
+}
+
+impl<T: Family + ?Sized + 'static> Default for Parts<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Family + ?Sized + 'static> Parts<T> {
+    /// An empty family. Name the type: `Parts::<dyn KnowledgeEquivalent>::new()`.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { entries: BTreeMap::new() }
+    }
+
+    /// Adds a part; `wrap` is `|part| Box::new(part)`.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn with<D: Declared>(mut self, wrap: fn(D) -> Box<T>) -> Self {
+        let build: Build<T> = Box::new(move |call| D::build(call).map(wrap));
+        let taken = self.entries.insert(D::NAME, (decl::<D>(Role::Part(T::NAME)), build));
+        assert!(taken.is_none(), "`{}` is declared twice", D::NAME);
+        self
+    }
+
+    /// Builds a complete part.
+    ///
+    /// # Errors
+    /// If the part is not in the family or an argument cannot be built.
+    pub fn build(&self, part: &Part) -> Result<Box<T>, ArgError> {
+        let missing = || ArgError::NoSuchPart { family: T::NAME, name: part.name.clone() };
+        let (_, build) = self.entries.get(part.name.as_str()).ok_or_else(missing)?;
+        build(&Call { args: part.args.clone(), ports: BTreeMap::new() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use super::*;
+    use crate::{Array, MemberCount, One, declare, family};
+
+    trait Shape: std::fmt::Debug + Send + Sync {
+        fn area(&self) -> f64;
+    }
+
+    declare! {
+        /// A square.
+        struct Square = "square" @ 1 {
+            /// Its side.
+            side: f64 = 2.0, in 0.0..=10.0;
+        }
+    }
+
+    impl Shape for Square {
+        fn area(&self) -> f64 {
+            self.side * self.side
+        }
+    }
+
+    declare! {
+        /// Many of one shape.
+        struct Several = "several" @ 2 {
+            /// Which.
+            shape: Box<dyn Shape> = Part::new("square");
+            /// How many.
+            members: MemberCount = 3;
+        }
+    }
+
+    impl Shape for Several {
+        fn area(&self) -> f64 {
+            let MemberCount = self.members;
+            self.shape.area()
+        }
+    }
+
+    fn shapes() -> &'static Parts<dyn Shape> {
+        static TABLE: LazyLock<Parts<dyn Shape>> = LazyLock::new(|| {
+            Parts::<dyn Shape>::new()
+                .with(|x: Square| Box::new(x))
+                .with(|x: Several| Box::new(x))
+        });
+        &TABLE
+    }
+
+    family!(dyn Shape, "Shape", shapes);
+
+    declare! {
+        /// The area times a factor.
+        struct Area = "area" @ 1 -> Array [like factor] {
+            /// Of what.
+            shape: Box<dyn Shape>;
+            /// The factor.
+            factor: One<Array>;
+        }
+    }
+
+    impl Op for Area {
+        fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+            let values = self.factor.values.iter().map(|x| x * self.shape.area()).collect();
+            Ok(Array { dims: self.factor.dims.clone(), values })
+        }
+    }
+
+    #[test]
+    fn a_declared_operation_runs_with_its_parts() {
+        let registry = Registry::default().op::<Area>().parts(shapes());
+        let part = registry.complete(&Part::new("several"));
+        assert_eq!(part.to_string(), "several(members: 3, shape: square(side: 2.0))");
+        assert_eq!(registry.member_count(&part.clone().into()), Some(("several".into(), 3)));
+
+        let factor = crate::Gathered {
+            dims: vec![],
+            values: vec![Bytes::from(Array::scalar(1.5).encode())],
+            name: String::new(),
+        };
+        let call = Call {
+            args: [("shape".to_owned(), part.into())].into(),
+            ports: [("factor".to_owned(), vec![factor])].into(),
+        };
+        let ctx = Ctx { op: "area", seed: 0, member: None };
+        let out = registry.run("area", &call, &ctx).expect("runs");
+        assert_eq!(Array::decode(&out), Some(Array::scalar(6.0)));
+        let decl = registry.decl("area").expect("registered");
+        assert_eq!(decl.to_string(), "area(shape: Shape, factor: Array) -> Array[those of factor but over]");
+    }
+}

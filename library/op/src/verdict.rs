@@ -1,0 +1,71 @@
+//! Verdicts on claims.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Artifact, Tensors};
+
+/// What came out of a claim, coordinate by coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// One finding for each coordinate of the axes other than `seed`.
+    pub findings: Vec<Finding>,
+}
+
+/// What came out at one coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// Axis and label, in the order of declaration; empty for a single statement.
+    pub at: Vec<(String, String)>,
+    /// What it amounts to.
+    pub outcome: Outcome,
+    /// The difference, left minus right; the mean over seeds where there are any.
+    pub estimate: f64,
+    /// The 95 % interval of the paired difference; none where nothing is stochastic.
+    pub interval: Option<(f64, f64)>,
+    /// How many seeds were paired; 0 where nothing is stochastic.
+    pub n: usize,
+}
+
+/// Whether a claim holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// The data support it.
+    Holds,
+    /// The data do not decide it.
+    Undecided,
+    /// The data contradict it.
+    Fails,
+}
+
+impl Verdict {
+    /// The outcome over all coordinates: the worst.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        self.findings.iter().map(|finding| finding.outcome).max().unwrap_or(Outcome::Undecided)
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Holds => "holds",
+            Self::Undecided => "undecided",
+            Self::Fails => "fails",
+        })
+    }
+}
+
+impl Artifact for Verdict {
+    const KIND: &'static str = "Verdict";
+
+    fn encode(&self) -> Vec<u8> {
+        Tensors::default().encode(Self::KIND, &self.findings)
+    }
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        Tensors::decode(Self::KIND, bytes).map(|(_, findings)| Self { findings })
+    }
+}

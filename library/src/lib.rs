@@ -1,0 +1,30 @@
+//! Learners, planners, knowledge equivalents, worlds and metrics.
+//!
+//! To add one: write its file, and add one line to its folder's table or `register`.
+
+pub mod artifact;
+pub mod ce;
+pub mod env;
+pub mod figure;
+pub mod ke;
+pub mod learner;
+pub mod math;
+pub mod metric;
+pub mod nn;
+pub mod planner;
+
+use ivx_op::Registry;
+
+/// Every operation and part that a spec can use.
+#[must_use]
+pub fn registry() -> Registry {
+    let registry = Registry::default();
+    let registry = ce::register(registry);
+    let registry = ke::register(registry);
+    let registry = env::register(registry);
+    let registry = nn::register(registry);
+    let registry = learner::register(registry);
+    let registry = planner::register(registry);
+    let registry = metric::register(registry);
+    figure::register(registry)
+}
