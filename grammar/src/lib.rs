@@ -1,1 +1,15 @@
-//! stub
+//! The ivx language: text to checked program.
+//!
+//! No input or output here, and nothing fails: every stage returns what it could make of the
+//! text, and diagnostics.
+
+pub mod ast;
+pub mod check;
+mod diagnostic;
+pub mod ir;
+mod span;
+mod suggest;
+
+pub use diagnostic::{Code, Diagnostic, Label, Severity};
+pub use span::{Span, Spanned};
+pub use suggest::suggest;

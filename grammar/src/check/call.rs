@@ -1,0 +1,441 @@
+//! Calls: functions of the spec, parts and operations.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use ivx_op::{ArgDecl, ArgKind, Decl, Lit, Role, Ty};
+
+use super::Checker;
+use super::expr::At;
+use super::value::{Fit, Val, coerce, fit, fold, nothing};
+use crate::ast::{self, ItemKind, LetParam, Name};
+use crate::ir::{Desc, Place};
+use crate::{Code, Diagnostic, Span, suggest};
+
+/// Arguments as written: a name where one is given, and the expression.
+pub(super) type Written<'a> = [(Option<Name>, ast::Expr)];
+
+/// Most coordinates at which the range of one argument is checked.
+const MAX_CHECKED: usize = 100_000;
+
+impl<'a> Checker<'a> {
+    /// What a call amounts to.
+    pub(super) fn call(
+        &mut self,
+        at: &At,
+        name: &'a Name,
+        args: &'a Written<'a>,
+        span: Span,
+    ) -> Val {
+        if name.value == "collect" {
+            return self.collect(at, args, span);
+        }
+        if let Some((scope, item)) = self.scopes.find(at.scope, &name.value)
+            && let ItemKind::Let {
+                name: own,
+                params: Some(params),
+                value,
+            } = &item.kind
+        {
+            return self.function(at, (scope, own), params, value, args, span);
+        }
+        let registry = self.registry;
+        let Some(decl) = registry.decl(&name.value) else {
+            return self.unknown_call(at, name);
+        };
+        let Some(matched) = self.match_args(decl, args, span) else {
+            return Val::Poison;
+        };
+        match &decl.role {
+            Role::Part(family) => self.part(at, decl, family, &matched),
+            Role::Op(out) => self.op(at, decl, out, &matched, span),
+        }
+    }
+
+    fn unknown_call(&mut self, at: &At, name: &Name) -> Val {
+        let value = self.scopes.find(at.scope, &name.value).is_some();
+        let functions = self.scopes.known(at.scope).into_iter().filter(|known| {
+            let found = self.scopes.find(at.scope, known);
+            matches!(found, Some((_, item)) if matches!(item.kind, ItemKind::Let { params: Some(_), .. }))
+        });
+        let known: Vec<&str> = self
+            .registry
+            .decls()
+            .map(|decl| decl.name)
+            .chain(functions)
+            .collect();
+        let help = match value {
+            true => Some(format!(
+                "`{}` is a value: use it without parentheses",
+                name.value
+            )),
+            false => suggest(&name.value, known)
+                .or_else(|| Some("`ivx ops` lists what there is".to_owned())),
+        };
+        let message = format!("no operation, part or function is called `{}`", name.value);
+        let fault = Diagnostic::new(Code::UnknownCall, name.span, message, "not known");
+        self.fault(fault.maybe_help(help))
+    }
+
+    fn function(
+        &mut self,
+        at: &At,
+        (scope, name): (usize, &'a Name),
+        params: &'a [LetParam],
+        body: &'a ast::Expr,
+        args: &'a Written<'a>,
+        span: Span,
+    ) -> Val {
+        let id = (scope, name.value.clone());
+        if self.active.contains(&id) {
+            let message = format!("`{}` is defined in terms of itself", name.value);
+            let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
+            return self.fault(fault.also(name.span, "defined here"));
+        }
+        let names: Vec<&str> = params
+            .iter()
+            .map(|param| param.name.value.as_str())
+            .collect();
+        let Some(mut given) = self.place_args(&name.value, &names, args) else {
+            return Val::Poison;
+        };
+        let mut locals = BTreeMap::new();
+        for (param, given) in params.iter().zip(&mut given) {
+            let (value, value_span) = match (given.take(), &param.default) {
+                (Some(expr), _) => (self.expr(at, expr), expr.span),
+                (None, Some(default)) => (
+                    self.expr(&At::new(scope, at.address.clone()), default),
+                    default.span,
+                ),
+                (None, None) => {
+                    let message = format!(
+                        "`{}` needs `{}: {}`",
+                        name.value, param.name.value, param.ty.name.value
+                    );
+                    let fault = Diagnostic::new(Code::MissingArgument, span, message, "left out");
+                    return self.fault(fault.also(param.name.span, "declared here"));
+                }
+            };
+            let value = self.argument_of(param, value, value_span);
+            if matches!(value, Val::Poison) {
+                return value;
+            }
+            locals.insert(param.name.value.clone(), value);
+        }
+        self.active.push(id);
+        let inner = At {
+            scope,
+            locals: Rc::new(locals),
+            address: at.inside(&name.value).address,
+        };
+        let value = self.expr(&inner, body);
+        self.active.pop();
+        value
+    }
+
+    /// A value as the parameter of a function asks for it: a description by its type, something
+    /// computed by the kind of artifact.
+    fn argument_of(&mut self, param: &'a LetParam, value: Val, span: Span) -> Val {
+        let wanted = &param.ty.name.value;
+        if let Val::Artifact(id) = value {
+            let found = &self.spec.expr(id).artifact;
+            if found == wanted || (wanted == "Scalar" && found == "Array") {
+                return value;
+            }
+            let message = format!(
+                "`{}` is {wanted}, found {}",
+                param.name.value,
+                self.describe(&value)
+            );
+            return self.fault(Diagnostic::new(
+                Code::Type,
+                span,
+                message,
+                format!("expected {wanted}"),
+            ));
+        }
+        let Val::Desc(desc, found) = value else {
+            return Val::Poison;
+        };
+        let Some(ty) = self.ty(&param.ty) else {
+            return Val::Poison;
+        };
+        match fit(&ty, &found) {
+            Fit::No => {
+                let message = format!("`{}` is {ty}, found {found}", param.name.value);
+                self.fault(Diagnostic::new(
+                    Code::Type,
+                    span,
+                    message,
+                    format!("expected {ty}"),
+                ))
+            }
+            fits => Val::Desc(coerce(desc, fits), ty),
+        }
+    }
+
+    /// The expression given for each of `names`: positional ones first, then by name.
+    fn place_args(
+        &mut self,
+        owner: &str,
+        names: &[&str],
+        args: &'a Written<'a>,
+    ) -> Option<Vec<Option<&'a ast::Expr>>> {
+        let mut placed: Vec<Option<&'a ast::Expr>> = vec![None; names.len()];
+        let mut sound = true;
+        for (i, (name, expr)) in args.iter().enumerate() {
+            let place = match name {
+                Some(name) => names.iter().position(|own| *own == name.value),
+                None => Some(i).filter(|i| *i < names.len()),
+            };
+            let span = name.as_ref().map_or(expr.span, |name| name.span);
+            match (place, name) {
+                (Some(place), _) if placed[place].is_some() => {
+                    let message = format!("`{owner}` is given `{}` twice", names[place]);
+                    self.fault(Diagnostic::new(
+                        Code::TwiceGiven,
+                        span,
+                        message,
+                        "given again",
+                    ));
+                    sound = false;
+                }
+                (Some(place), _) => placed[place] = Some(expr),
+                (None, Some(name)) => {
+                    let message = format!("`{owner}` has no argument `{}`", name.value);
+                    let fault =
+                        Diagnostic::new(Code::UnknownArgument, span, message, "not an argument");
+                    self.fault(fault.maybe_help(suggest(&name.value, names.iter().copied())));
+                    sound = false;
+                }
+                (None, None) => {
+                    let message = format!("`{owner}` takes {} arguments", names.len());
+                    let fault =
+                        Diagnostic::new(Code::UnknownArgument, span, message, "one too many");
+                    self.fault(fault);
+                    sound = false;
+                }
+            }
+        }
+        sound.then_some(placed)
+    }
+
+    fn match_args(
+        &mut self,
+        decl: &'a Decl,
+        args: &'a Written<'a>,
+        span: Span,
+    ) -> Option<Vec<(&'a ArgDecl, Option<&'a ast::Expr>)>> {
+        let names: Vec<&str> = decl.args.iter().map(|arg| arg.name).collect();
+        let placed = self.place_args(decl.name, &names, args)?;
+        let mut complete = true;
+        for (arg, given) in decl.args.iter().zip(&placed) {
+            if given.is_none() && arg.default.is_none() {
+                let message = format!("`{}` needs `{}: {}`", decl.name, arg.name, arg.kind);
+                let fault = Diagnostic::new(
+                    Code::MissingArgument,
+                    span,
+                    message,
+                    format!("`{}` is left out", arg.name),
+                );
+                let docs = arg.docs.trim();
+                self.fault(fault.help(format!("write `{}: ...`: {docs}", arg.name)));
+                complete = false;
+            }
+        }
+        complete.then(|| decl.args.iter().zip(placed).collect())
+    }
+
+    fn part(
+        &mut self,
+        at: &At,
+        decl: &'a Decl,
+        family: &str,
+        args: &[(&'a ArgDecl, Option<&'a ast::Expr>)],
+    ) -> Val {
+        let mut descs = BTreeMap::new();
+        let mut sound = true;
+        for (arg, given) in args {
+            match self.literal_arg(at, decl, arg, *given) {
+                Some(desc) => {
+                    descs.insert(arg.name.to_owned(), desc);
+                }
+                None => sound = false,
+            }
+        }
+        match sound {
+            true => Val::Desc(
+                fold(Desc::Part(decl.name.to_owned(), descs)),
+                Ty::Part(family.to_owned()),
+            ),
+            false => Val::Poison,
+        }
+    }
+
+    /// A description argument, complete; `None` if it is faulty.
+    pub(super) fn literal_arg(
+        &mut self,
+        at: &At,
+        decl: &Decl,
+        arg: &'a ArgDecl,
+        given: Option<&'a ast::Expr>,
+    ) -> Option<Desc> {
+        let ty = match &arg.kind {
+            ArgKind::Literal(ty) => ty.clone(),
+            _ => Ty::Int,
+        };
+        let Some(expr) = given else {
+            let default = arg
+                .default
+                .as_ref()
+                .expect("missing arguments were reported");
+            return Some(Desc::Lit(self.registry.complete_lit(default)));
+        };
+        match self.expr(at, expr) {
+            Val::Poison => None,
+            value @ Val::Artifact(_) => {
+                let message = format!(
+                    "`{}.{}` must be known before anything runs",
+                    decl.name, arg.name
+                );
+                let label = format!("computed: {}", self.describe(&value));
+                let fault = Diagnostic::new(Code::NotLiteral, expr.span, message, label);
+                self.fault(fault.help(format!("expected {ty}")));
+                None
+            }
+            Val::Desc(desc, found) => {
+                let fits = fit(&ty, &found);
+                if fits == Fit::No {
+                    let found = if found == nothing() {
+                        "nothing".to_owned()
+                    } else {
+                        found.to_string()
+                    };
+                    let message = format!("`{}.{}` is {ty}, found {found}", decl.name, arg.name);
+                    let fault =
+                        Diagnostic::new(Code::Type, expr.span, message, format!("expected {ty}"));
+                    let help = self.of_type(&ty);
+                    self.fault(fault.maybe_help(help));
+                    return None;
+                }
+                let desc = coerce(desc, fits);
+                let ranged = if arg.kind == ArgKind::Members {
+                    Some((1.0..).into())
+                } else {
+                    arg.range
+                };
+                match ranged {
+                    Some(range) if !self.in_range(at, decl, arg, range, &desc, expr) => None,
+                    _ => Some(desc),
+                }
+            }
+        }
+    }
+
+    /// The parts that a type asks for, as advice.
+    fn of_type(&self, ty: &Ty) -> Option<String> {
+        let Ty::Part(family) = ty else { return None };
+        let parts = self
+            .registry
+            .decls()
+            .filter(|decl| matches!(decl.role, Role::Part(own) if own == *family));
+        let parts: Vec<_> = parts
+            .take(8)
+            .map(|decl| format!("`{}()`", decl.name))
+            .collect();
+        (!parts.is_empty()).then(|| format!("a {family} is {}", parts.join(", ")))
+    }
+
+    fn in_range(
+        &mut self,
+        at: &At,
+        decl: &Decl,
+        arg: &ArgDecl,
+        range: ivx_op::Range,
+        desc: &Desc,
+        expr: &ast::Expr,
+    ) -> bool {
+        let axes = desc.axes();
+        if self.extent(&axes) > MAX_CHECKED {
+            self.outgrown(
+                format!("`{}.{}` has too many values", decl.name, arg.name),
+                expr.span,
+            );
+            return false;
+        }
+        let mut places = vec![Place::new()];
+        for axis in &axes {
+            let n = self.spec.axis(*axis).coords.len();
+            let extend = |place: &Place| {
+                (0..n)
+                    .map(|i| {
+                        let mut p = place.clone();
+                        p.insert(*axis, i);
+                        p
+                    })
+                    .collect::<Vec<_>>()
+            };
+            places = places.iter().flat_map(extend).collect();
+        }
+        for place in places {
+            let lit = match desc.eval(&self.spec.axes, &place) {
+                Ok(lit) => lit,
+                Err(why) => {
+                    self.fault(Diagnostic::new(
+                        Code::Number,
+                        expr.span,
+                        why,
+                        "has no value",
+                    ));
+                    return false;
+                }
+            };
+            let Some(bad) = outside(range, &lit) else {
+                continue;
+            };
+            let at_place: Vec<_> = place
+                .iter()
+                .map(|(axis, i)| {
+                    let axis = self.spec.axis(*axis);
+                    format!("{} = {}", axis.name, axis.coords[*i].label)
+                })
+                .collect();
+            let place = if at_place.is_empty() {
+                String::new()
+            } else {
+                format!(" at {}", at_place.join(", "))
+            };
+            let message = format!(
+                "`{}.{}` must be {range}, found {bad}{place}",
+                decl.name, arg.name
+            );
+            let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
+            let origin = self.origin(at, expr);
+            self.fault(match origin {
+                Some((span, by)) => fault.also(span, format!("set here by {by}")),
+                None => fault,
+            });
+            return false;
+        }
+        true
+    }
+
+    /// Who set the parameter that an expression names.
+    fn origin(&self, at: &At, expr: &ast::Expr) -> Option<(Span, String)> {
+        let ast::ExprKind::Name(name) = &expr.kind else {
+            return None;
+        };
+        let (scope, item) = self.scopes.find(at.scope, name)?;
+        let declared = super::scope::name_of(item)?;
+        let by = self.set_by.get(&(scope, declared.value.clone()))?;
+        Some((item.span, by.clone()))
+    }
+}
+
+/// The first number outside the range, in lists too.
+fn outside(range: ivx_op::Range, lit: &Lit) -> Option<&Lit> {
+    match lit {
+        Lit::List(items) => items.iter().find_map(|item| outside(range, item)),
+        number => number.as_f64().filter(|x| !range.contains(*x)).map(|_| lit),
+    }
+}

@@ -1,0 +1,415 @@
+//! Expressions: names, lists, arithmetic.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use ivx_op::{Array, Artifact, Lit, Ty};
+
+use super::value::{Fit, Val, coerce, fit, fold, join, nothing};
+use super::{Checker, MAX_NODES};
+use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
+use crate::ir::{Desc, Expr, ExprId, Feed};
+use crate::{Code, Diagnostic, Span, Spanned, ir, suggest};
+
+/// Where an expression stands.
+#[derive(Clone)]
+pub(super) struct At {
+    /// The scope that its names belong to.
+    pub(super) scope: usize,
+    /// The arguments of the `let` function around it.
+    pub(super) locals: Rc<BTreeMap<String, Val>>,
+    /// What its nodes are called.
+    pub(super) address: String,
+}
+
+impl At {
+    /// In a scope, outside of functions.
+    pub(super) fn new(scope: usize, address: String) -> Self {
+        Self {
+            scope,
+            locals: Rc::default(),
+            address,
+        }
+    }
+
+    /// Inside the expression at `self`.
+    pub(super) fn inside(&self, name: &str) -> Self {
+        Self {
+            address: format!("{}/{name}", self.address),
+            ..self.clone()
+        }
+    }
+}
+
+impl<'a> Checker<'a> {
+    /// What an expression amounts to.
+    pub(super) fn expr(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+        match &expr.kind {
+            ExprKind::Bool(b) => Val::lit(Lit::Bool(*b), Ty::Bool),
+            ExprKind::Int(n) => Val::lit(Lit::Int(*n), Ty::Int),
+            ExprKind::Float(x) => Val::lit(Lit::Real(*x), Ty::Float),
+            ExprKind::Str(s) => Val::lit(Lit::Text(s.clone()), Ty::Str),
+            ExprKind::List(items) => self.list(at, items),
+            ExprKind::Name(name) => self.name(at, name, expr.span),
+            ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
+            ExprKind::Select { base, at: selected } => self.select(at, base, selected),
+            ExprKind::Field { base, name } => {
+                let value = self.expr(at, base);
+                if matches!(value, Val::Poison) {
+                    return value;
+                }
+                let message = format!("{} has no field `{}`", self.describe(&value), name.value);
+                self.fault(Diagnostic::new(
+                    Code::UnknownName,
+                    name.span,
+                    message,
+                    "not a record",
+                ))
+            }
+            ExprKind::Negate(inner) => self.negate(at, inner),
+            ExprKind::Binary { op, left, right } => self.binary(at, op, left, right),
+            ExprKind::Junk => Val::Poison,
+        }
+    }
+
+    /// What a name stands for.
+    pub(super) fn name(&mut self, at: &At, name: &str, span: Span) -> Val {
+        if let Some(local) = at.locals.get(name) {
+            return local.clone();
+        }
+        let Some((scope, item)) = self.scopes.find(at.scope, name) else {
+            let known = self.scopes.known(at.scope);
+            let help = suggest(
+                name,
+                known
+                    .into_iter()
+                    .chain(at.locals.keys().map(String::as_str)),
+            );
+            let fault = Diagnostic::new(
+                Code::UnknownName,
+                span,
+                format!("`{name}` is not known here"),
+                "unknown name",
+            );
+            return self.fault(fault.maybe_help(help));
+        };
+        // An import may have given the name; what is declared is what counts.
+        let declared =
+            super::scope::name_of(item).map_or_else(|| name.to_owned(), |n| n.value.clone());
+        let id = (scope, declared.clone());
+        if let Some(known) = self.memo.get(&id) {
+            return known.clone();
+        }
+        if self.active.contains(&id) {
+            let fault = Diagnostic::new(
+                Code::Recursion,
+                span,
+                format!("`{name}` is defined in terms of itself"),
+                "again here",
+            );
+            return self.fault(fault.also(item.span, "defined here"));
+        }
+        self.active.push(id.clone());
+        let inner = At::new(scope, format!("{}/{declared}", self.owner(scope)));
+        let value = match &item.kind {
+            ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
+            ItemKind::Axis { name, values } => self
+                .axis(scope, name, values)
+                .map_or(Val::Poison, |id| self.axis_value(id)),
+            ItemKind::Let {
+                params: None,
+                value,
+                ..
+            }
+            | ItemKind::Measure { value, .. } => self.expr(&inner, value),
+            ItemKind::Let { .. } => {
+                let message = format!("`{name}` is a function");
+                let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");
+                self.fault(fault.help(format!("write `{name}(...)`")))
+            }
+            _ => unreachable!("only these items have names"),
+        };
+        self.active.pop();
+        self.memo.insert(id, value.clone());
+        value
+    }
+
+    /// What the addresses of a scope's nodes begin with: the experiment at hand, also for what
+    /// its file and other files declare.
+    fn owner(&self, scope: usize) -> String {
+        self.experiment.map_or_else(
+            || self.scopes.all[scope].name.clone(),
+            |e| self.scopes.all[e].name.clone(),
+        )
+    }
+
+    fn list(&mut self, at: &At, items: &'a [ast::Expr]) -> Val {
+        let mut ty = nothing();
+        let mut descs = Vec::new();
+        for item in items {
+            match self.expr(at, item) {
+                Val::Desc(desc, found) => {
+                    let joined = if ty == nothing() {
+                        Some(found.clone())
+                    } else {
+                        join(&ty, &found)
+                    };
+                    let Some(joined) = joined else {
+                        let message = format!(
+                            "the items of a list are of one type: {ty} before, {found} here"
+                        );
+                        return self.fault(Diagnostic::new(
+                            Code::Type,
+                            item.span,
+                            message,
+                            format!("expected {ty}"),
+                        ));
+                    };
+                    ty = joined;
+                    descs.push((desc, found));
+                }
+                Val::Artifact(_) => {
+                    let message =
+                        "this list holds something computed; only ports that take lists do";
+                    return self.fault(Diagnostic::new(
+                        Code::NotLiteral,
+                        item.span,
+                        message,
+                        "computed",
+                    ));
+                }
+                Val::Poison => return Val::Poison,
+            }
+        }
+        let descs = descs
+            .into_iter()
+            .map(|(desc, found)| match fit(&ty, &found) {
+                Fit::No => desc,
+                fits => coerce(desc, fits),
+            });
+        Val::Desc(fold(Desc::List(descs.collect())), Ty::List(Box::new(ty)))
+    }
+
+    fn negate(&mut self, at: &At, inner: &'a ast::Expr) -> Val {
+        match self.expr(at, inner) {
+            Val::Poison => Val::Poison,
+            Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => {
+                self.builtin(at, "neg", BTreeMap::new(), vec![("x", id)], inner.span)
+            }
+            Val::Desc(desc, ty @ (Ty::Int | Ty::Float)) => {
+                let zero = Desc::Lit(if ty == Ty::Int {
+                    Lit::Int(0)
+                } else {
+                    Lit::Real(0.0)
+                });
+                self.arithmetic(BinaryOp::Sub, zero, desc, ty, inner.span)
+            }
+            other => {
+                let message = format!("{} has no negative", self.describe(&other));
+                self.fault(Diagnostic::new(
+                    Code::Type,
+                    inner.span,
+                    message,
+                    "expected a number",
+                ))
+            }
+        }
+    }
+
+    fn binary(
+        &mut self,
+        at: &At,
+        op: &Spanned<BinaryOp>,
+        left: &'a ast::Expr,
+        right: &'a ast::Expr,
+    ) -> Val {
+        if op.value.compares() {
+            let message = "a comparison is a claim, not a value";
+            let fault = Diagnostic::new(Code::Kind, op.span, message, "compares");
+            return self.fault(fault.help("write `claim \"...\" : left < right`"));
+        }
+        let (a, b) = (self.expr(at, left), self.expr(at, right));
+        if let (Val::Desc(a, a_ty), Val::Desc(b, b_ty)) = (&a, &b)
+            && is_number(a_ty)
+            && is_number(b_ty)
+        {
+            let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op.value != BinaryOp::Div;
+            let ty = if whole { Ty::Int } else { Ty::Float };
+            return self.arithmetic(op.value, a.clone(), b.clone(), ty, left.span.to(right.span));
+        }
+        let name = match op.value {
+            BinaryOp::Add => "add",
+            BinaryOp::Sub => "sub",
+            BinaryOp::Mul => "mul",
+            _ => "div",
+        };
+        let mut ports = Vec::new();
+        for (port, value, span) in [("left", a, left.span), ("right", b, right.span)] {
+            match self.array(at, value, span) {
+                Some(id) => ports.push((port, id)),
+                None => return Val::Poison,
+            }
+        }
+        self.builtin(at, name, BTreeMap::new(), ports, left.span.to(right.span))
+    }
+
+    fn arithmetic(&mut self, op: BinaryOp, a: Desc, b: Desc, ty: Ty, span: Span) -> Val {
+        let constant = matches!((&a, &b), (Desc::Lit(_), Desc::Lit(_)));
+        let desc = Desc::Binary(op, Box::new(a), Box::new(b));
+        match constant {
+            true => self
+                .evaluate(&desc, span)
+                .map_or(Val::Poison, |lit| Val::lit(lit, ty)),
+            false => Val::Desc(desc, ty),
+        }
+    }
+
+    /// The expression where an array is expected; a number becomes a scalar.
+    pub(super) fn array(&mut self, at: &At, value: Val, span: Span) -> Option<ExprId> {
+        match value {
+            Val::Poison => None,
+            Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => Some(id),
+            Val::Desc(desc, ty) if is_number(&ty) => Some(self.push(
+                Expr {
+                    address: at.address.clone(),
+                    axes: desc.axes(),
+                    collected: BTreeSet::new(),
+                    artifact: Array::KIND.to_owned(),
+                    dims: Vec::new(),
+                    kind: ir::ExprKind::Number(desc),
+                },
+                span,
+            )),
+            other => {
+                let message = format!(
+                    "expected a number or an array, found {}",
+                    self.describe(&other)
+                );
+                self.fault(Diagnostic::new(Code::Type, span, message, "not a number"));
+                None
+            }
+        }
+    }
+
+    /// A call of an operation that the language itself needs; its ports are pointwise arrays.
+    pub(super) fn builtin(
+        &mut self,
+        at: &At,
+        name: &str,
+        args: BTreeMap<String, Desc>,
+        ports: Vec<(&str, ExprId)>,
+        span: Span,
+    ) -> Val {
+        let mut axes: BTreeSet<_> = args.values().flat_map(Desc::axes).collect();
+        let mut dims: Vec<String> = Vec::new();
+        for (_, id) in &ports {
+            let expr = self.spec.expr(*id);
+            axes.extend(&expr.axes);
+            dims.extend(
+                expr.dims
+                    .iter()
+                    .filter(|dim| !dims.contains(dim))
+                    .cloned()
+                    .collect::<Vec<_>>(),
+            );
+        }
+        if !self.distinct(&axes, span) {
+            return Val::Poison;
+        }
+        let feed = |id| Feed {
+            expr: id,
+            gathered: Vec::new(),
+            labelled: false,
+            name: String::new(),
+        };
+        let ports = ports
+            .into_iter()
+            .map(|(port, id)| (port.to_owned(), vec![feed(id)]))
+            .collect();
+        let op = ir::Op {
+            name: name.to_owned(),
+            args,
+            ports,
+            stochastic: false,
+        };
+        Val::Artifact(self.push(
+            Expr {
+                address: at.inside(name).address,
+                axes,
+                collected: BTreeSet::new(),
+                artifact: Array::KIND.to_owned(),
+                dims,
+                kind: ir::ExprKind::Op(op),
+            },
+            span,
+        ))
+    }
+
+    /// Whether no two of the axes bear one name; reports it if they do.
+    pub(super) fn distinct(&mut self, axes: &BTreeSet<crate::ir::AxisId>, span: Span) -> bool {
+        let mut names: BTreeMap<String, usize> = BTreeMap::new();
+        for axis in axes {
+            let axis = self.spec.axis(*axis);
+            let (name, n) = (axis.name.clone(), axis.coords.len());
+            if let Some(other) = names.insert(name.clone(), n) {
+                let message = format!(
+                    "two different axes called `{name}` meet here, of {other} and {n} coordinates"
+                );
+                let fault = Diagnostic::new(Code::Dimensions, span, message, "they do not combine");
+                self.fault(fault.help(format!("select or reduce `{name}` on one side")));
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Adds an expression to the program.
+    pub(super) fn push(&mut self, expr: Expr, span: Span) -> ExprId {
+        self.n_nodes = self.n_nodes.saturating_add(self.extent(&expr.axes));
+        if self.n_nodes > MAX_NODES {
+            let sizes = expr.axes.iter().map(|axis| {
+                let axis = self.spec.axis(*axis);
+                format!("{}: {}", axis.name, axis.coords.len())
+            });
+            let sizes: Vec<_> = sizes.collect();
+            self.outgrown(
+                format!(
+                    "the program has more than {MAX_NODES} nodes ({})",
+                    sizes.join(", ")
+                ),
+                span,
+            );
+        }
+        self.spec.exprs.push(expr);
+        ExprId(u32::try_from(self.spec.exprs.len() - 1).expect("expressions are counted"))
+    }
+
+    /// What a value is, for messages.
+    pub(super) fn describe(&self, value: &Val) -> String {
+        match value {
+            Val::Desc(_, ty) if *ty == nothing() => "nothing".to_owned(),
+            Val::Desc(_, ty) => ty.to_string(),
+            Val::Artifact(id) => {
+                let expr = self.spec.expr(*id);
+                let members = expr
+                    .axes
+                    .iter()
+                    .any(|axis| self.spec.axis(*axis).role == ir::AxisRole::Member);
+                match (expr.artifact.as_str(), &expr.dims[..]) {
+                    (artifact, _) if members && artifact != Array::KIND => {
+                        format!("Ensemble<{artifact}>")
+                    }
+                    (Array::KIND, []) => "Scalar".to_owned(),
+                    (artifact, []) => artifact.to_owned(),
+                    (artifact, dims) => format!("{artifact}[{}]", dims.join(", ")),
+                }
+            }
+            Val::Poison => "something faulty".to_owned(),
+        }
+    }
+}
+
+/// Whether a type is that of numbers.
+pub(super) fn is_number(ty: &Ty) -> bool {
+    matches!(ty, Ty::Int | Ty::Float)
+}

@@ -1,0 +1,174 @@
+//! From what was written to what is meant.
+//!
+//! Names are evaluated when they are first used, so that the order of declarations does not
+//! matter. A fault gives one diagnostic and [`Val::Poison`], which silences what follows from it.
+
+mod axis;
+mod call;
+mod experiment;
+mod expr;
+mod op;
+mod param;
+mod scope;
+mod select;
+mod value;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ivx_op::{Lit, Registry};
+
+use crate::ast::Ast;
+use crate::ir::{AxisId, Spec};
+use crate::{Code, Diagnostic, Severity};
+
+use scope::Scopes;
+use value::Val;
+
+/// The files of a spec, the root first.
+#[derive(Clone, Debug, Default)]
+pub struct Project {
+    /// The files; spans name them by their place here.
+    pub files: Vec<File>,
+}
+
+/// One file, parsed.
+#[derive(Clone, Debug)]
+pub struct File {
+    /// The path as shown to people.
+    pub path: String,
+    /// The name that its parameters are addressed by.
+    pub stem: String,
+    /// Its text.
+    pub text: String,
+    /// Its items.
+    pub ast: Ast,
+    /// The files that its `use` and `include` name, by the path as written.
+    pub links: BTreeMap<String, usize>,
+}
+
+/// What the command line says about parameters.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// The profile asked for; without one, `quick` where it is declared.
+    pub profile: Option<String>,
+    /// Parameters set by hand, by address or by a name that is unique.
+    pub sets: Vec<(String, Lit)>,
+}
+
+/// Most coordinates of one axis, and most nodes of one program.
+pub const MAX_NODES: usize = 1_000_000;
+
+/// The checked program and what is wrong with it.
+///
+/// With an error among the diagnostics the program is not fit to run.
+#[must_use]
+pub fn check(
+    project: &Project,
+    registry: &Registry,
+    settings: &Settings,
+) -> (Spec, Vec<Diagnostic>) {
+    let mut diagnostics = Vec::new();
+    let scopes = Scopes::of(project, &mut diagnostics);
+    let mut checker = Checker {
+        project,
+        registry,
+        scopes,
+        spec: Spec::default(),
+        diagnostics,
+        settings,
+        profile: None,
+        set_by: BTreeMap::new(),
+        axes: BTreeMap::new(),
+        members: BTreeMap::new(),
+        restricted: BTreeMap::new(),
+        memo: BTreeMap::new(),
+        active: Vec::new(),
+        seed: None,
+        experiment: None,
+        n_nodes: 0,
+        too_large: false,
+    };
+    checker.profile();
+    checker.params();
+    checker.experiments();
+    let Checker {
+        spec,
+        mut diagnostics,
+        ..
+    } = checker;
+    diagnostics.sort_by(|a, b| {
+        let place = |d: &Diagnostic| d.labels.first().map(|label| label.span);
+        (place(a), a.code, &a.message).cmp(&(place(b), b.code, &b.message))
+    });
+    diagnostics.dedup();
+    (spec, diagnostics)
+}
+
+/// Whether a program with these diagnostics can run.
+#[must_use]
+pub fn runs(diagnostics: &[Diagnostic]) -> bool {
+    diagnostics
+        .iter()
+        .all(|d| d.code.severity() == Severity::Warning)
+}
+
+/// What is known while a program is checked.
+struct Checker<'a> {
+    project: &'a Project,
+    registry: &'a Registry,
+    scopes: Scopes<'a>,
+    spec: Spec,
+    diagnostics: Vec<Diagnostic>,
+    settings: &'a Settings,
+    /// The profile in force.
+    profile: Option<String>,
+    /// Who set each parameter, for messages.
+    set_by: BTreeMap<(usize, String), String>,
+    /// Axes by declaration.
+    axes: BTreeMap<(usize, String), Option<AxisId>>,
+    /// Member axes by the number of members.
+    members: BTreeMap<i64, AxisId>,
+    /// Restricted axes by the axis and the places kept.
+    restricted: BTreeMap<(AxisId, Vec<usize>), AxisId>,
+    /// Values of names in the experiment at hand.
+    memo: BTreeMap<(usize, String), Val>,
+    /// Names being evaluated.
+    active: Vec<(usize, String)>,
+    /// The `seed` axis of the experiment at hand.
+    seed: Option<AxisId>,
+    /// The scope of the experiment at hand.
+    experiment: Option<usize>,
+    /// Nodes so far.
+    n_nodes: usize,
+    /// Whether the program outgrew what can be run; said once.
+    too_large: bool,
+}
+
+impl Checker<'_> {
+    /// Notes a fault.
+    fn fault(&mut self, diagnostic: Diagnostic) -> Val {
+        self.diagnostics.push(diagnostic);
+        Val::Poison
+    }
+
+    /// How many coordinates some axes have together.
+    fn extent(&self, axes: &BTreeSet<AxisId>) -> usize {
+        let sizes = axes.iter().map(|axis| self.spec.axis(*axis).coords.len());
+        sizes.fold(1, usize::saturating_mul)
+    }
+
+    /// The names of axes, for messages.
+    fn names(&self, axes: &BTreeSet<AxisId>) -> Vec<String> {
+        axes.iter()
+            .map(|axis| self.spec.axis(*axis).name.clone())
+            .collect()
+    }
+
+    /// Says once that the program has too many nodes.
+    fn outgrown(&mut self, message: String, span: crate::Span) {
+        if !std::mem::replace(&mut self.too_large, true) {
+            let limit = format!("at most {MAX_NODES} can be run");
+            self.fault(Diagnostic::new(Code::TooLarge, span, message, limit));
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Which names mean what where.
+
+use std::collections::BTreeMap;
+
+use super::Project;
+use crate::ast::{Expr, Item, ItemKind, Name};
+use crate::{Code, Diagnostic, suggest};
+
+/// The scopes of a project: first one a file, then one an experiment.
+pub(super) struct Scopes<'a> {
+    pub(super) all: Vec<Scope<'a>>,
+    /// The scopes of the experiments to run, in the order of inclusion.
+    pub(super) experiments: Vec<usize>,
+}
+
+/// The names of a file or an experiment.
+pub(super) struct Scope<'a> {
+    /// What addresses begin with: the file's stem or the experiment's name.
+    pub(super) name: String,
+    /// The item that declares an experiment.
+    pub(super) item: Option<&'a Item>,
+    /// The scope around this one.
+    pub(super) parent: Option<usize>,
+    /// What is declared here, by name.
+    pub(super) names: BTreeMap<&'a str, &'a Item>,
+    /// All items, in order.
+    pub(super) items: &'a [Item],
+    /// Names of other files: the file's scope and the name there.
+    pub(super) imports: BTreeMap<&'a str, (usize, &'a str)>,
+}
+
+impl<'a> Scopes<'a> {
+    /// The scopes of a project. Names declared twice are reported.
+    pub(super) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
+        let mut scopes = Self {
+            all: Vec::new(),
+            experiments: Vec::new(),
+        };
+        for file in &project.files {
+            scopes.all.push(Scope::new(
+                file.stem.clone(),
+                None,
+                None,
+                &file.ast.items,
+                diagnostics,
+            ));
+        }
+        for file in 0..project.files.len() {
+            scopes.import(project, file, diagnostics);
+        }
+        let mut seen = vec![false; project.files.len()];
+        scopes.include(project, 0, &mut seen, diagnostics);
+        scopes
+    }
+
+    /// Where a name seen from `scope` is declared.
+    pub(super) fn find(&self, scope: usize, name: &str) -> Option<(usize, &'a Item)> {
+        let here = &self.all[scope];
+        if let Some(item) = here.names.get(name) {
+            return Some((scope, item));
+        }
+        if let Some((file, original)) = here.imports.get(name) {
+            return self.all[*file]
+                .names
+                .get(original)
+                .map(|item| (*file, *item));
+        }
+        here.parent.and_then(|parent| self.find(parent, name))
+    }
+
+    /// Every name that can be used in `scope`.
+    pub(super) fn known(&self, scope: usize) -> Vec<&'a str> {
+        let here = &self.all[scope];
+        let mut known: Vec<_> = here
+            .names
+            .keys()
+            .chain(here.imports.keys())
+            .copied()
+            .collect();
+        known.extend(
+            here.parent
+                .map(|parent| self.known(parent))
+                .unwrap_or_default(),
+        );
+        known
+    }
+
+    fn import(&mut self, project: &'a Project, file: usize, diagnostics: &mut Vec<Diagnostic>) {
+        let mut imports: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+        for item in &project.files[file].ast.items {
+            let ItemKind::Use { path, names } = &item.kind else {
+                continue;
+            };
+            let Some(&from) = project.files[file].links.get(&path.value) else {
+                continue;
+            };
+            let theirs = &self.all[from].names;
+            let all: Vec<(&str, &str, _)> = match names {
+                None => theirs
+                    .keys()
+                    .map(|name| (*name, *name, path.span))
+                    .collect(),
+                Some(names) => names
+                    .iter()
+                    .map(|(n, new)| (n.value.as_str(), new.value.as_str(), n.span))
+                    .collect(),
+            };
+            for (original, new, span) in all {
+                if !theirs.contains_key(original) {
+                    let message = format!("`{}` declares no `{original}`", path.value);
+                    let fault =
+                        Diagnostic::new(Code::UnknownName, span, message, "not declared there");
+                    diagnostics.push(fault.maybe_help(suggest(original, theirs.keys().copied())));
+                } else if let Some(own) = self.all[file].names.get(new) {
+                    diagnostics.push(twice(new, span, own.span));
+                } else {
+                    imports.insert(new, (from, original));
+                }
+            }
+        }
+        self.all[file].imports = imports;
+    }
+
+    fn include(
+        &mut self,
+        project: &'a Project,
+        file: usize,
+        seen: &mut [bool],
+        diagnostics: &mut Vec<Diagnostic>,
+    ) {
+        if std::mem::replace(&mut seen[file], true) {
+            return;
+        }
+        for item in &project.files[file].ast.items {
+            match &item.kind {
+                ItemKind::Include { path } => {
+                    if let Some(&next) = project.files[file].links.get(&path.value) {
+                        self.include(project, next, seen, diagnostics);
+                    }
+                }
+                ItemKind::Experiment { name, items } => {
+                    let mut others = self.experiments.iter().map(|&other| &self.all[other]);
+                    if let Some(other) = others.find(|other| other.name == name.value) {
+                        let first = other.item.map_or(name.span, |item| item.span);
+                        diagnostics.push(twice(&name.value, name.span, first));
+                        continue;
+                    }
+                    let name = name.value.clone();
+                    let scope = Scope::new(name, Some(item), Some(file), items, diagnostics);
+                    for (name, item) in &scope.names {
+                        if let Some((_, outer)) = self.find(file, name) {
+                            diagnostics.push(twice(
+                                name,
+                                name_of(item).map_or(item.span, |n| n.span),
+                                outer.span,
+                            ));
+                        }
+                    }
+                    self.experiments.push(self.all.len());
+                    self.all.push(scope);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+impl<'a> Scope<'a> {
+    fn new(
+        name: String,
+        item: Option<&'a Item>,
+        parent: Option<usize>,
+        items: &'a [Item],
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Self {
+        let mut names: BTreeMap<&str, &Item> = BTreeMap::new();
+        for item in items {
+            let Some(name) = name_of(item) else { continue };
+            if let Some(first) = names.get(name.value.as_str()) {
+                diagnostics.push(twice(&name.value, name.span, first.span));
+            } else {
+                names.insert(&name.value, item);
+            }
+        }
+        Self {
+            name,
+            item,
+            parent,
+            names,
+            items,
+            imports: BTreeMap::new(),
+        }
+    }
+
+    /// What the profile called `profile` sets here.
+    pub(super) fn profile(&self, profile: &str) -> Option<&'a [(Name, Expr)]> {
+        self.items.iter().find_map(|item| match &item.kind {
+            ItemKind::Profile { name, sets } if name.value == profile => Some(sets.as_slice()),
+            _ => None,
+        })
+    }
+}
+
+/// The name that expressions can use for what an item declares.
+pub(super) fn name_of(item: &Item) -> Option<&Name> {
+    match &item.kind {
+        ItemKind::Param { name, .. }
+        | ItemKind::Axis { name, .. }
+        | ItemKind::Let { name, .. }
+        | ItemKind::Measure { name, .. } => Some(name),
+        _ => None,
+    }
+}
+
+fn twice(name: &str, span: crate::Span, first: crate::Span) -> Diagnostic {
+    let message = format!("`{name}` is declared twice");
+    Diagnostic::new(Code::Shadowing, span, message, "declared again")
+        .also(first, "first declared here")
+        .help("give one of them another name")
+}

@@ -1,0 +1,218 @@
+//! Selection: `x[ke: "WCM"]`, along axes and along dimensions.
+
+use std::collections::BTreeMap;
+
+use ivx_op::{Array, Artifact, Lit, Ty};
+
+use super::Checker;
+use super::expr::At;
+use super::value::Val;
+use crate::ast::{self, Name};
+use crate::ir::{AxisId, Desc, Expr, ExprId, ExprKind};
+use crate::{Code, Diagnostic, Span, suggest};
+
+impl<'a> Checker<'a> {
+    /// What a selection amounts to.
+    pub(super) fn select(
+        &mut self,
+        at: &At,
+        base: &'a ast::Expr,
+        selected: &'a [(Name, ast::Expr)],
+    ) -> Val {
+        let mut value = self.expr(at, base);
+        for (name, label) in selected {
+            value = self.select_one(at, value, name, label);
+        }
+        value
+    }
+
+    fn select_one(&mut self, at: &At, value: Val, name: &'a Name, label: &'a ast::Expr) -> Val {
+        let (axes, dims) = match &value {
+            Val::Poison => return Val::Poison,
+            Val::Desc(desc, _) => (desc.axes(), Vec::new()),
+            Val::Artifact(id) => (
+                self.spec.expr(*id).axes.clone(),
+                self.spec.expr(*id).dims.clone(),
+            ),
+        };
+        let Val::Desc(Desc::Lit(label_lit), _) = self.known_before_at(at, label) else {
+            return Val::Poison;
+        };
+        if let Some(axis) = axes
+            .iter()
+            .find(|axis| self.spec.axis(**axis).name == name.value)
+        {
+            return self.select_axis(value, *axis, &label_lit, label.span);
+        }
+        if let (Val::Artifact(id), true) = (&value, dims.contains(&name.value)) {
+            return self.select_dim(at, *id, &name.value, &label_lit, label.span);
+        }
+        let known: Vec<String> = self.names(&axes).into_iter().chain(dims).collect();
+        let message = format!("this does not vary over `{}`", name.value);
+        let help = match known.is_empty() {
+            true => Some("it varies over nothing".to_owned()),
+            false => suggest(&name.value, known.iter().map(String::as_str)),
+        };
+        let fault = Diagnostic::new(
+            Code::UnknownAxis,
+            name.span,
+            message,
+            "no such axis or dimension",
+        );
+        self.fault(fault.maybe_help(help))
+    }
+
+    fn select_axis(&mut self, value: Val, axis: AxisId, label: &Lit, span: Span) -> Val {
+        let labels = if let Lit::List(labels) = label {
+            labels.as_slice()
+        } else {
+            std::slice::from_ref(label)
+        };
+        let mut places = Vec::new();
+        for label in labels {
+            let coords = &self.spec.axis(axis).coords;
+            let found = coords.iter().position(|coord| match label {
+                Lit::Text(text) => coord.label == *text,
+                number => {
+                    coord.value == *number
+                        || coord
+                            .value
+                            .as_f64()
+                            .is_some_and(|x| Some(x) == number.as_f64())
+                }
+            });
+            let Some(place) = found else {
+                let wanted = if let Lit::Text(text) = label {
+                    text.clone()
+                } else {
+                    label.to_string()
+                };
+                let help = suggest(&wanted, coords.iter().map(|coord| coord.label.as_str()));
+                let message = format!("axis `{}` has no label {label}", self.spec.axis(axis).name);
+                let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
+                return self.fault(fault.maybe_help(help));
+            };
+            places.push(place);
+        }
+        if !matches!(label, Lit::List(_)) {
+            return self.pick(value, axis, places[0], span);
+        }
+        if places.is_empty() {
+            return self.fault(Diagnostic::new(
+                Code::UnknownLabel,
+                span,
+                "no label is selected",
+                "an empty list",
+            ));
+        }
+        self.restrict(value, axis, places, span)
+    }
+
+    /// One coordinate of an axis.
+    fn pick(&mut self, value: Val, axis: AxisId, place: usize, span: Span) -> Val {
+        match value {
+            Val::Desc(desc, ty) => {
+                let value = self.spec.axis(axis).coords[place].value.clone();
+                Val::Desc(desc.replace(axis, &Desc::Lit(value)), ty)
+            }
+            Val::Artifact(base) => {
+                let mut expr = self.spec.expr(base).clone();
+                expr.axes.remove(&axis);
+                expr.collected.remove(&axis);
+                expr.kind = ExprKind::Pick { base, axis, place };
+                Val::Artifact(self.push(expr, span))
+            }
+            Val::Poison => Val::Poison,
+        }
+    }
+
+    /// Some coordinates of an axis.
+    fn restrict(&mut self, value: Val, axis: AxisId, places: Vec<usize>, span: Span) -> Val {
+        let restricted = self.restricted_axis(axis, &places);
+        match value {
+            Val::Desc(desc, ty) => Val::Desc(desc.replace(axis, &Desc::Axis(restricted)), ty),
+            Val::Artifact(base) => {
+                let mut expr = self.spec.expr(base).clone();
+                expr.axes.remove(&axis);
+                expr.axes.insert(restricted);
+                if expr.collected.remove(&axis) {
+                    expr.collected.insert(restricted);
+                }
+                expr.kind = ExprKind::Restrict {
+                    base,
+                    axis,
+                    restricted,
+                    places,
+                };
+                Val::Artifact(self.push(expr, span))
+            }
+            Val::Poison => Val::Poison,
+        }
+    }
+
+    /// Coordinates of a dimension inside the value; which there are is known when it is computed.
+    fn select_dim(&mut self, at: &At, id: ExprId, dim: &str, label: &Lit, span: Span) -> Val {
+        if self.spec.expr(id).artifact != Array::KIND {
+            let message = format!("`{dim}` lies inside a {}", self.spec.expr(id).artifact);
+            return self.fault(Diagnostic::new(
+                Code::Kind,
+                span,
+                message,
+                "cannot be selected",
+            ));
+        }
+        let one = !matches!(label, Lit::List(_));
+        let labels = if let Lit::List(labels) = label {
+            labels.clone()
+        } else {
+            vec![label.clone()]
+        };
+        let text = |lit: Lit| match lit.as_f64() {
+            Some(x) => Lit::Text(x.to_string()),
+            None => lit,
+        };
+        let labels = Lit::List(labels.into_iter().map(text).collect());
+        let args = BTreeMap::from([
+            ("dim".to_owned(), Desc::Lit(dim.into())),
+            ("at".to_owned(), Desc::Lit(labels)),
+            ("keep".to_owned(), Desc::Lit(Lit::Bool(!one))),
+        ]);
+        let selected = self.builtin(at, "select", args, vec![("x", id)], span);
+        if let (Val::Artifact(selected), true) = (&selected, one) {
+            let Expr { dims, .. } = &mut self.spec.exprs[selected.0 as usize];
+            dims.retain(|own| own != dim);
+        }
+        selected
+    }
+
+    fn known_before_at(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+        match self.expr(at, expr) {
+            Val::Desc(desc, ty) if desc.axes().is_empty() => {
+                let scalar = |ty: &Ty| matches!(ty, Ty::Int | Ty::Float | Ty::Str | Ty::Bool);
+                let fits = scalar(&ty)
+                    || matches!(&ty, Ty::List(item) if scalar(item) || **item == super::value::nothing());
+                if !fits {
+                    let message = format!("a label is a string or a number, found {ty}");
+                    return self.fault(Diagnostic::new(
+                        Code::Type,
+                        expr.span,
+                        message,
+                        "not a label",
+                    ));
+                }
+                self.evaluate(&desc, expr.span)
+                    .map_or(Val::Poison, |lit| Val::lit(lit, ty))
+            }
+            Val::Poison => Val::Poison,
+            _ => {
+                let message = "a label must be known before anything runs";
+                self.fault(Diagnostic::new(
+                    Code::NotLiteral,
+                    expr.span,
+                    message,
+                    "varies or is computed",
+                ))
+            }
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! What is meant: names resolved, types checked, defaults filled, parameters substituted.
+//!
+//! A [`Spec`] is an arena of expressions, inputs before users. Each says which axes it varies
+//! over; expanding it to nodes is left to the engine.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ivx_op::{Args, Lit, Part};
+
+use crate::ast::BinaryOp;
+
+/// The place of an axis in [`Spec::axes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct AxisId(pub u32);
+
+/// The place of an expression in [`Spec::exprs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ExprId(pub u32);
+
+/// A checked program.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Spec {
+    /// The profile in force; none when every parameter has its default.
+    pub profile: Option<String>,
+    /// The axes, members included.
+    pub axes: Vec<Axis>,
+    /// The expressions, inputs before users.
+    pub exprs: Vec<Expr>,
+    /// Parameters of files, as `file.param`.
+    pub params: BTreeMap<String, Lit>,
+    /// The experiments, in the order of inclusion.
+    pub experiments: Vec<Experiment>,
+}
+
+/// A named axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Its name.
+    pub name: String,
+    /// What it stands for.
+    pub role: AxisRole,
+    /// Its coordinates, in the order declared.
+    pub coords: Vec<Coord>,
+}
+
+/// What an axis stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisRole {
+    /// Something that the author varies.
+    Plain,
+    /// Replications: its value reaches every stochastic operation.
+    Seed,
+    /// The members of an ensemble.
+    Member,
+}
+
+/// One coordinate of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coord {
+    /// What it is called.
+    pub label: String,
+    /// What it stands for.
+    pub value: Lit,
+}
+
+/// An expression that is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expr {
+    /// `experiment/name`, for people.
+    pub address: String,
+    /// What it varies over, by id.
+    pub axes: BTreeSet<AxisId>,
+    /// What `collect` put together: a subset of `axes`.
+    pub collected: BTreeSet<AxisId>,
+    /// The kind of artifact.
+    pub artifact: String,
+    /// The dimensions inside it.
+    pub dims: Vec<String>,
+    /// How it is computed.
+    pub kind: ExprKind,
+}
+
+/// How an expression is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExprKind {
+    /// A number where an artifact is expected.
+    Number(Desc),
+    /// An operation.
+    Op(Op),
+    /// One coordinate of an axis.
+    Pick {
+        /// Of what.
+        base: ExprId,
+        /// Along which axis.
+        axis: AxisId,
+        /// Which coordinate.
+        place: usize,
+    },
+    /// Some coordinates of an axis, which make an axis of their own.
+    Restrict {
+        /// Of what.
+        base: ExprId,
+        /// Along which axis.
+        axis: AxisId,
+        /// The axis that has only these coordinates.
+        restricted: AxisId,
+        /// Which coordinates, in the order of `restricted`.
+        places: Vec<usize>,
+    },
+}
+
+/// A call of an operation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Op {
+    /// The operation.
+    pub name: String,
+    /// Its descriptions, complete.
+    pub args: BTreeMap<String, Desc>,
+    /// Its artifacts, in the order of declaration.
+    pub ports: Vec<(String, Vec<Feed>)>,
+    /// Whether it draws random numbers.
+    pub stochastic: bool,
+}
+
+/// What one port takes from an expression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feed {
+    /// The expression.
+    pub expr: ExprId,
+    /// The axes gathered, outermost first; the others are those of the operation.
+    pub gathered: Vec<AxisId>,
+    /// Whether names and labels travel; without, coordinates are in the order of their values.
+    pub labelled: bool,
+    /// What the spec calls it.
+    pub name: String,
+}
+
+/// A description that may vary over axes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Desc {
+    /// The same everywhere.
+    Lit(Lit),
+    /// The value of an axis.
+    Axis(AxisId),
+    /// A list.
+    List(Vec<Desc>),
+    /// A part.
+    Part(String, BTreeMap<String, Desc>),
+    /// Arithmetic.
+    Binary(BinaryOp, Box<Desc>, Box<Desc>),
+    /// Whole numbers widened to reals.
+    Widen(Box<Desc>),
+}
+
+/// A place on some axes.
+pub type Place = BTreeMap<AxisId, usize>;
+
+/// One experiment.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Experiment {
+    /// Its name.
+    pub name: String,
+    /// Its doc comment.
+    pub docs: String,
+    /// Its parameters, in the order declared.
+    pub params: Vec<(String, Lit)>,
+    /// Its measures.
+    pub measures: Vec<Output>,
+    /// Its figures.
+    pub figures: Vec<Output>,
+    /// Its tables.
+    pub tables: Vec<Output>,
+    /// Its claims.
+    pub claims: Vec<Output>,
+}
+
+/// Something an experiment gives out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Its name, or the claim in words.
+    pub name: String,
+    /// Its doc comment.
+    pub docs: String,
+    /// Its value.
+    pub expr: ExprId,
+    /// The source text of its value.
+    pub source: String,
+}
+
+impl Spec {
+    /// The axis.
+    ///
+    /// # Panics
+    /// If the id is of another spec.
+    #[must_use]
+    pub fn axis(&self, id: AxisId) -> &Axis {
+        &self.axes[id.0 as usize]
+    }
+
+    /// The expression.
+    ///
+    /// # Panics
+    /// If the id is of another spec.
+    #[must_use]
+    pub fn expr(&self, id: ExprId) -> &Expr {
+        &self.exprs[id.0 as usize]
+    }
+}
+
+impl Desc {
+    /// The axes it varies over.
+    #[must_use]
+    pub fn axes(&self) -> BTreeSet<AxisId> {
+        let mut axes = BTreeSet::new();
+        self.visit(&mut |desc| {
+            if let Self::Axis(axis) = desc {
+                axes.insert(*axis);
+            }
+        });
+        axes
+    }
+
+    /// Shows it and everything in it to `see`.
+    pub fn visit(&self, see: &mut impl FnMut(&Self)) {
+        see(self);
+        match self {
+            Self::Lit(_) | Self::Axis(_) => {}
+            Self::List(items) => items.iter().for_each(|item| item.visit(see)),
+            Self::Part(_, args) => args.values().for_each(|arg| arg.visit(see)),
+            Self::Binary(_, left, right) => {
+                left.visit(see);
+                right.visit(see);
+            }
+            Self::Widen(inner) => inner.visit(see),
+        }
+    }
+
+    /// The same with another description in the place of an axis.
+    #[must_use]
+    pub fn replace(&self, axis: AxisId, with: &Self) -> Self {
+        match self {
+            Self::Axis(own) if *own == axis => with.clone(),
+            Self::Lit(_) | Self::Axis(_) => self.clone(),
+            Self::List(items) => Self::List(items.iter().map(|i| i.replace(axis, with)).collect()),
+            Self::Part(name, args) => {
+                let args = args
+                    .iter()
+                    .map(|(arg, value)| (arg.clone(), value.replace(axis, with)));
+                Self::Part(name.clone(), args.collect())
+            }
+            Self::Binary(op, left, right) => {
+                let (left, right) = (left.replace(axis, with), right.replace(axis, with));
+                Self::Binary(*op, Box::new(left), Box::new(right))
+            }
+            Self::Widen(inner) => Self::Widen(Box::new(inner.replace(axis, with))),
+        }
+    }
+
+    /// What it is at a place that names a coordinate for each of its axes.
+    ///
+    /// # Errors
+    /// If arithmetic has no result: division by zero or overflow.
+    ///
+    /// # Panics
+    /// If the place lacks an axis, or types were not checked.
+    pub fn eval(&self, axes: &[Axis], place: &Place) -> Result<Lit, String> {
+        Ok(match self {
+            Self::Lit(lit) => lit.clone(),
+            Self::Axis(axis) => axes[axis.0 as usize].coords[place[axis]].value.clone(),
+            Self::List(items) => Lit::List(
+                items
+                    .iter()
+                    .map(|item| item.eval(axes, place))
+                    .collect::<Result<_, _>>()?,
+            ),
+            Self::Part(name, args) => {
+                let args = args
+                    .iter()
+                    .map(|(arg, v)| Ok((arg.clone(), v.eval(axes, place)?)));
+                Lit::Part(Part {
+                    name: name.clone(),
+                    args: args.collect::<Result<Args, String>>()?,
+                })
+            }
+            Self::Binary(op, left, right) => {
+                arithmetic(*op, &left.eval(axes, place)?, &right.eval(axes, place)?)?
+            }
+            Self::Widen(inner) => widen(inner.eval(axes, place)?),
+        })
+    }
+}
+
+/// Whole numbers as reals, in lists too.
+#[must_use]
+pub fn widen(lit: Lit) -> Lit {
+    match lit {
+        Lit::Int(_) => Lit::Real(lit.as_f64().expect("a whole number is a number")),
+        Lit::List(items) => Lit::List(items.into_iter().map(widen).collect()),
+        other => other,
+    }
+}
+
+fn arithmetic(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
+    if let (Lit::Int(a), Lit::Int(b)) = (left, right) {
+        let whole = match op {
+            BinaryOp::Add => a.checked_add(*b),
+            BinaryOp::Sub => a.checked_sub(*b),
+            BinaryOp::Mul => a.checked_mul(*b),
+            _ => return real(op, left, right),
+        };
+        return whole
+            .map(Lit::Int)
+            .ok_or_else(|| format!("{a} {} {b} overflows", op.symbol()));
+    }
+    real(op, left, right)
+}
+
+fn real(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
+    let (a, b) = (
+        left.as_f64().expect("a number"),
+        right.as_f64().expect("a number"),
+    );
+    let value = match op {
+        BinaryOp::Add => a + b,
+        BinaryOp::Sub => a - b,
+        BinaryOp::Mul => a * b,
+        BinaryOp::Div => a / b,
+        other => unreachable!("`{}` is no arithmetic", other.symbol()),
+    };
+    let finite = value.is_finite().then_some(Lit::Real(value));
+    finite.ok_or_else(|| format!("{left} {} {right} is not finite", op.symbol()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_description_is_evaluated_at_a_place() {
+        let coords = [2, 3]
+            .map(|n| Coord {
+                label: n.to_string(),
+                value: Lit::Int(n),
+            })
+            .to_vec();
+        let axes = [Axis {
+            name: "n".into(),
+            role: AxisRole::Plain,
+            coords,
+        }];
+        let n = Desc::Axis(AxisId(0));
+        let sum = Desc::Binary(BinaryOp::Add, Box::new(n), Box::new(Desc::Lit(Lit::Int(4))));
+        let desc = Desc::Widen(Box::new(Desc::List(vec![sum])));
+        let place = Place::from([(AxisId(0), 1)]);
+        assert_eq!(
+            desc.eval(&axes, &place),
+            Ok(Lit::List(vec![Lit::Real(7.0)]))
+        );
+        let picked = desc.replace(AxisId(0), &Desc::Lit(Lit::Int(2)));
+        assert!(picked.axes().is_empty());
+        assert_eq!(
+            picked.eval(&axes, &Place::new()),
+            Ok(Lit::List(vec![Lit::Real(6.0)]))
+        );
+    }
+
+    #[test]
+    fn arithmetic_without_a_result_is_an_error() {
+        let check = |op, a: Lit, b: Lit| arithmetic(op, &a, &b);
+        assert_eq!(check(BinaryOp::Sub, 6.into(), 8.into()), Ok(Lit::Int(-2)));
+        assert_eq!(
+            check(BinaryOp::Div, 1.into(), 4.into()),
+            Ok(Lit::Real(0.25))
+        );
+        assert!(check(BinaryOp::Div, 1.into(), 0.into()).is_err());
+        assert!(check(BinaryOp::Mul, i64::MAX.into(), 2.into()).is_err());
+    }
+}
