@@ -1,1 +1,25 @@
-//! stub
+//! Digests to bytes: one store per project, shared by processes.
+//!
+//! Files are the truth: artifacts are objects named by their SHA-256, what was computed is a
+//! [`Record`] in a journal. What can be lost lies in sled. `FORMAT.md` has the bytes.
+//! The crate knows no operation: keys, names and explanations are its caller's.
+
+mod cache;
+mod digest;
+mod durable;
+mod error;
+mod hints;
+mod journal;
+mod lock;
+mod objects;
+mod record;
+mod sweep;
+
+pub use cache::{Cache, Committed, Stats};
+pub use digest::{Digest, NotADigest};
+pub use error::{CacheError, Conflict, Trouble};
+pub use hints::{Hints, Run};
+pub use lock::ActionLock;
+pub use objects::{Fetched, INLINE_MAX, Objects};
+pub use record::{Output, Provenance, Record};
+pub use sweep::{Swept, sweep};

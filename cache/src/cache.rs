@@ -1,0 +1,348 @@
+//! The store of one project, as one process sees it.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::error::At as _;
+use crate::hints::{self, Hints};
+use crate::journal::{self, Journal, Seen};
+use crate::lock::{self, ActionLock};
+use crate::{CacheError, Conflict, Digest, Objects, Record, Trouble, durable};
+
+const VERSION: &str = "ivx cache 1\n";
+
+/// The store of one project, open for one platform.
+///
+/// One thread looks up and commits; [`Objects`] are for the others. Dropping a cache without
+/// [`Cache::close`] loses no record unless the machine stops, but the new hints.
+#[derive(Debug)]
+pub struct Cache {
+    pub(crate) root: PathBuf,
+    platform: String,
+    /// By key, then sorted by platform.
+    records: BTreeMap<Digest, Vec<Record>>,
+    seen: BTreeMap<OsString, Seen>,
+    journal: Option<Journal>,
+    objects: Objects,
+    hints: Option<Hints>,
+    pub(crate) troubles: Vec<Trouble>,
+    // Held for its lock: shared by whoever uses the store, alone by whoever sweeps it.
+    _in_use: File,
+}
+
+/// Whether a commit added anything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Committed {
+    /// The record is new.
+    New,
+    /// The same result was known; the first record stays.
+    Known,
+}
+
+/// How much a store holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Action records.
+    pub records: usize,
+    /// Journals that they lie in.
+    pub journals: usize,
+    /// The bytes of these.
+    pub journal_bytes: u64,
+    /// Artifacts that are not inside a record.
+    pub objects: usize,
+    /// The bytes of these.
+    pub object_bytes: u64,
+    /// Damaged files kept aside until the next sweep.
+    pub corrupt: usize,
+}
+
+impl Cache {
+    /// The store at `root`, made if it is not there, for results of `platform`.
+    ///
+    /// Waits while another process sweeps it. What is damaged is left out; [`Self::troubles`]
+    /// tells.
+    ///
+    /// # Errors
+    /// If the disk fails, or the store is of another format.
+    pub fn open(root: &Path, platform: &str) -> Result<Self, CacheError> {
+        make_folders(root)?;
+        let in_use = gate(root)?;
+        in_use.lock_shared().at(root)?;
+        Self::load(root, platform, in_use)
+    }
+
+    /// The store at `root` for a sweep, or [`CacheError::Busy`] if anyone has it open.
+    pub(crate) fn open_alone(root: &Path) -> Result<Self, CacheError> {
+        make_folders(root)?;
+        let in_use = gate(root)?;
+        match in_use.try_lock() {
+            Ok(()) => Self::load(root, "", in_use),
+            Err(fs::TryLockError::WouldBlock) => Err(CacheError::Busy {
+                root: root.to_owned(),
+            }),
+            Err(fs::TryLockError::Error(source)) => Err(CacheError::Io {
+                path: root.to_owned(),
+                source,
+            }),
+        }
+    }
+
+    fn load(root: &Path, platform: &str, in_use: File) -> Result<Self, CacheError> {
+        check_version(root)?;
+        let mut cache = Self {
+            root: root.to_owned(),
+            platform: platform.to_owned(),
+            records: BTreeMap::new(),
+            seen: BTreeMap::new(),
+            journal: None,
+            objects: Objects::new(root),
+            hints: None,
+            troubles: Vec::new(),
+            _in_use: in_use,
+        };
+        cache.refresh()?;
+        Ok(cache)
+    }
+
+    /// The record of a key: of the own platform, else of the platform whose name comes first.
+    #[must_use]
+    pub fn lookup(&self, key: &Digest) -> Option<&Record> {
+        let records = self.records.get(key)?;
+        records
+            .iter()
+            .find(|record| record.platform == self.platform)
+            .or(records.first())
+    }
+
+    /// Every record, by key and then platform.
+    pub fn records(&self) -> impl Iterator<Item = &Record> {
+        self.records.values().flatten()
+    }
+
+    /// The bytes of outputs: a cheap handle to give to worker threads.
+    #[must_use]
+    pub fn objects(&self) -> Objects {
+        self.objects.clone()
+    }
+
+    /// Adds a record. The first result of a key on a platform stays.
+    ///
+    /// From here on the record outlives this process, and after [`Self::sync`] a loss of
+    /// power; [`Objects::put`] its output first.
+    ///
+    /// # Errors
+    /// [`CacheError::Conflict`] if another result is known; otherwise, if the disk fails.
+    pub fn commit(&mut self, record: Record) -> Result<Committed, CacheError> {
+        match find(&self.records, &record) {
+            Err(conflict) => Err(CacheError::Conflict(conflict)),
+            Ok(Some(_)) => Ok(Committed::Known),
+            Ok(None) => {
+                self.journal()?.append(&record)?;
+                insert(&mut self.records, record);
+                Ok(Committed::New)
+            }
+        }
+    }
+
+    /// The journal of this process, begun with the first commit.
+    fn journal(&mut self) -> Result<&mut Journal, CacheError> {
+        let journal = match self.journal.take() {
+            Some(journal) if journal.is_whole() => journal,
+            torn => {
+                torn.map_or(Ok(()), |mut torn| torn.sync())?;
+                let journal = Journal::create(&self.root.join("journal"))?;
+                let name = journal.path().file_name().expect("a journal is a file");
+                self.seen.insert(name.to_owned(), Seen::END);
+                journal
+            }
+        };
+        Ok(self.journal.insert(journal))
+    }
+
+    /// Makes what was committed survive a loss of power.
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn sync(&mut self) -> Result<(), CacheError> {
+        self.journal.as_mut().map_or(Ok(()), Journal::sync)
+    }
+
+    /// Reads what other processes committed since.
+    ///
+    /// # Errors
+    /// If the disk fails. Damage is no error; [`Self::troubles`] tells.
+    pub fn refresh(&mut self) -> Result<(), CacheError> {
+        let folder = self.root.join("journal");
+        // By name, hence by age: the first writer's record is the first read.
+        for name in names(&folder)? {
+            let path = folder.join(&name);
+            let seen = self.seen.entry(name).or_default();
+            let (records, mut conflicts) = (&mut self.records, Vec::new());
+            journal::read(&path, seen, &mut self.troubles, |record| {
+                match find(records, &record) {
+                    Ok(Some(_)) => {}
+                    Ok(None) => insert(records, record),
+                    Err(conflict) => conflicts.push(Trouble::Conflict(conflict)),
+                }
+            })?;
+            self.troubles.append(&mut conflicts);
+        }
+        Ok(())
+    }
+
+    /// The right to execute the action of `key`, or `None` while another handle has it.
+    ///
+    /// After acquiring it, [`Self::refresh`] and look up again: the other may have committed.
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn try_lock(&self, key: &Digest) -> Result<Option<ActionLock>, CacheError> {
+        lock::try_lock(&self.root.join("locks").join(key.to_string()))
+    }
+
+    /// Durations, access times and run history. The first call reads them, so that a run
+    /// with nothing to execute, and nothing to note, need not.
+    pub fn hints(&mut self) -> &mut Hints {
+        self.hints.get_or_insert_with(|| {
+            let mut hints = hints::load(&self.root, &mut self.troubles);
+            let records = self.records.values().flatten();
+            hints.guess_millis(records.map(|r| (r.provenance.op.as_str(), r.provenance.millis)));
+            hints
+        })
+    }
+
+    /// What was found damaged since the last call.
+    pub fn troubles(&mut self) -> Vec<Trouble> {
+        std::mem::take(&mut self.troubles)
+    }
+
+    /// Syncs, and writes the hints if there are new ones; what went wrong with those is
+    /// among the troubles returned.
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn close(mut self) -> Result<Vec<Trouble>, CacheError> {
+        self.sync()?;
+        self.save_hints();
+        Ok(self.troubles)
+    }
+
+    pub(crate) fn save_hints(&mut self) {
+        if let Some(hints) = &mut self.hints {
+            hints::save(hints, &self.root, &mut self.troubles);
+        }
+    }
+
+    /// How much the store holds.
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn stats(&self) -> Result<Stats, CacheError> {
+        let mut stats = Stats {
+            records: self.records().count(),
+            ..Stats::default()
+        };
+        for (_, bytes) in files(&self.root.join("journal"))? {
+            stats.journals += 1;
+            stats.journal_bytes += bytes;
+        }
+        for shelf in names(&self.root.join("objects"))? {
+            for (_, bytes) in files(&self.root.join("objects").join(shelf))? {
+                stats.objects += 1;
+                stats.object_bytes += bytes;
+            }
+        }
+        stats.corrupt = names(&self.root.join("corrupt"))?.len();
+        Ok(stats)
+    }
+}
+
+/// The record that stands in the way of this one, if any.
+fn find<'a>(
+    records: &'a BTreeMap<Digest, Vec<Record>>,
+    new: &Record,
+) -> Result<Option<&'a Record>, Box<Conflict>> {
+    let mut known = records.get(&new.key).into_iter().flatten();
+    match known.find(|record| record.platform == new.platform) {
+        Some(known) if known.output.digest != new.output.digest => Err(Box::new(Conflict {
+            op: new.provenance.op.clone(),
+            node: new.provenance.node.clone(),
+            key: new.key,
+            platform: new.platform.clone(),
+            first: known.output.digest,
+            second: new.output.digest,
+        })),
+        known => Ok(known),
+    }
+}
+
+fn insert(records: &mut BTreeMap<Digest, Vec<Record>>, new: Record) {
+    // Almost every key has one record, so room is made for one.
+    let known = records
+        .entry(new.key)
+        .or_insert_with(|| Vec::with_capacity(1));
+    let place = known.partition_point(|record| record.platform < new.platform);
+    known.insert(place, new);
+}
+
+fn make_folders(root: &Path) -> Result<(), CacheError> {
+    for folder in ["objects", "journal", "locks", "tmp", "corrupt"] {
+        let folder = root.join(folder);
+        fs::create_dir_all(&folder).at(&folder)?;
+    }
+    Ok(())
+}
+
+/// The file whose lock says who uses the store.
+fn gate(root: &Path) -> Result<File, CacheError> {
+    let path = root.join("in-use");
+    File::options()
+        .create(true)
+        .append(true)
+        .open(&path)
+        .at(&path)
+}
+
+fn check_version(root: &Path) -> Result<(), CacheError> {
+    let path = root.join("version");
+    match fs::read(&path) {
+        Ok(found) if found == VERSION.as_bytes() => Ok(()),
+        Ok(found) => Err(CacheError::Version {
+            path,
+            found: String::from_utf8_lossy(&found).trim_end().to_owned(),
+            expected: VERSION.trim_end(),
+        }),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let temporary = root.join("tmp").join(durable::unique_name());
+            durable::publish(&temporary, &path, VERSION.as_bytes())
+        }
+        Err(source) => Err(CacheError::Io { path, source }),
+    }
+}
+
+/// The sorted names in a folder.
+pub(crate) fn names(folder: &Path) -> Result<Vec<OsString>, CacheError> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).at(folder)? {
+        names.push(entry.at(folder)?.file_name());
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The files in a folder, with their sizes; those that vanish meanwhile are left out.
+pub(crate) fn files(folder: &Path) -> Result<Vec<(PathBuf, u64)>, CacheError> {
+    let mut files = Vec::new();
+    for name in names(folder)? {
+        let path = folder.join(name);
+        match fs::metadata(&path) {
+            Ok(file) => files.push((path, file.len())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(source) => return Err(CacheError::Io { path, source }),
+        }
+    }
+    Ok(files)
+}

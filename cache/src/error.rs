@@ -1,0 +1,133 @@
+//! What the world can do to a cache: what stops the caller, and what it went on without.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::Digest;
+
+/// Why the cache could not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum CacheError {
+    /// The disk, or the permission to use it, failed. The store is as before.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The folder holds a store of another format, or none of ours.
+    #[error(
+        "{} says {found:?}, but this program keeps {expected:?}: \
+         use another folder, or move this one away", path.display()
+    )]
+    Version {
+        /// The version file.
+        path: PathBuf,
+        /// What it says.
+        found: String,
+        /// What this program writes.
+        expected: &'static str,
+    },
+    /// One key has two different results on one platform.
+    #[error(transparent)]
+    Conflict(Box<Conflict>),
+    /// The store can't be swept while another handle has it open.
+    #[error("the cache {} is in use", root.display())]
+    Busy {
+        /// The folder of the store.
+        root: PathBuf,
+    },
+    /// A record exceeds what a journal can hold.
+    #[error("the record of `{node}` takes {bytes} bytes; a journal holds at most {max} in one")]
+    TooLong {
+        /// The address of the node.
+        node: String,
+        /// The size of the encoded record.
+        bytes: usize,
+        /// The most that a frame holds.
+        max: usize,
+    },
+}
+
+/// One key with two different results on one platform: the operation is not deterministic,
+/// or its version did not rise when its output changed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{op}` gave two results for one key on {platform}: {first} is kept, {second} came from \
+     `{node}` (key {key}); the operation is not deterministic, or its version should have risen"
+)]
+pub struct Conflict {
+    /// The operation, `name@version`.
+    pub op: String,
+    /// The address of the node that came second.
+    pub node: String,
+    /// The key.
+    pub key: Digest,
+    /// The platform of both.
+    pub platform: String,
+    /// The result that stays.
+    pub first: Digest,
+    /// The result that was refused.
+    pub second: Digest,
+}
+
+/// Damage that the cache found and went on without; what it held will be recomputed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Trouble {
+    /// The last record of a journal is incomplete: its writer was killed, or its disk was full.
+    #[error("{}: the last {bytes} bytes are an incomplete record", path.display())]
+    TornJournal {
+        /// The journal.
+        path: PathBuf,
+        /// How much was left unread.
+        bytes: u64,
+    },
+    /// A record does not match its checksum, and was skipped.
+    #[error("{}: the record at byte {offset} is damaged", path.display())]
+    DamagedRecord {
+        /// The journal.
+        path: PathBuf,
+        /// Where the record starts.
+        offset: u64,
+    },
+    /// A journal makes no sense from a position on, and was left there.
+    #[error("{}: not a journal from byte {offset} on", path.display())]
+    DamagedJournal {
+        /// The journal.
+        path: PathBuf,
+        /// Where reading ended.
+        offset: u64,
+    },
+    /// Two processes recorded different results.
+    #[error(transparent)]
+    Conflict(Box<Conflict>),
+    /// Durations, access times and run history were unreadable and start anew.
+    #[error("the hints were damaged ({reason}) and start anew; the old ones are {}", moved_to.display())]
+    DamagedHints {
+        /// What was wrong.
+        reason: String,
+        /// Where the old ones are kept.
+        moved_to: PathBuf,
+    },
+    /// Durations, access times and run history were not available.
+    #[error("the hints were left alone: {reason}")]
+    NoHints {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Adds the path to a failure of the disk.
+pub(crate) trait At<T> {
+    fn at(self, path: &Path) -> Result<T, CacheError>;
+}
+
+impl<T> At<T> for io::Result<T> {
+    fn at(self, path: &Path) -> Result<T, CacheError> {
+        self.map_err(|source| CacheError::Io {
+            path: path.to_owned(),
+            source,
+        })
+    }
+}

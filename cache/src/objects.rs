@@ -1,0 +1,224 @@
+//! Content-addressed files: a name is the digest of the bytes.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::error::At as _;
+use crate::{CacheError, Digest, Output, durable};
+
+/// Outputs up to this many bytes lie inside their record.
+pub const INLINE_MAX: usize = 4096;
+
+/// The bytes of outputs; cheap to clone, for worker threads.
+#[derive(Clone, Debug)]
+pub struct Objects {
+    root: Arc<Path>,
+}
+
+/// What came of reading an output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fetched {
+    /// Its bytes, which have its digest.
+    Bytes(Arc<[u8]>),
+    /// There is no such object any more: its action must run again.
+    Missing,
+    /// The object was damaged and is out of the way: its action must run again.
+    Corrupt {
+        /// Where the damaged bytes are kept until the next sweep.
+        moved_to: PathBuf,
+    },
+}
+
+impl Objects {
+    pub(crate) fn new(root: &Path) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// The output of these bytes; when it returns, they are on the disk, or inside it.
+    ///
+    /// An object that is there and whole is left as it is.
+    ///
+    /// # Errors
+    /// If the disk fails or is full; nothing is left behind then.
+    pub fn put(&self, bytes: &[u8]) -> Result<Output, CacheError> {
+        let (digest, size) = (Digest::of(bytes), bytes.len() as u64);
+        if bytes.len() <= INLINE_MAX {
+            return Ok(Output {
+                digest,
+                size,
+                inline: Some(bytes.into()),
+            });
+        }
+        let path = self.path(&digest);
+        if !holds(&path, bytes) {
+            let folder = path.parent().expect("an object lies in a folder");
+            if !folder.exists() {
+                fs::create_dir_all(folder).at(folder)?;
+                durable::sync_folder(&self.root.join("objects"))?;
+            }
+            let temporary = self.root.join("tmp").join(durable::unique_name());
+            durable::publish(&temporary, &path, bytes)?;
+        }
+        Ok(Output {
+            digest,
+            size,
+            inline: None,
+        })
+    }
+
+    /// The bytes of an output, checked against its digest.
+    ///
+    /// # Errors
+    /// If the disk fails. A missing or damaged object is no error.
+    pub fn read(&self, output: &Output) -> Result<Fetched, CacheError> {
+        if let Some(bytes) = &output.inline {
+            assert_eq!(
+                Digest::of(bytes),
+                output.digest,
+                "an inline output has its digest"
+            );
+            return Ok(Fetched::Bytes(Arc::clone(bytes)));
+        }
+        let path = self.path(&output.digest);
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Fetched::Missing),
+            Err(source) => return Err(CacheError::Io { path, source }),
+        };
+        if Digest::of(&bytes) == output.digest {
+            return Ok(Fetched::Bytes(bytes.into()));
+        }
+        let name = format!("{}-{}", output.digest, durable::unique_name());
+        let moved_to = self.root.join("corrupt").join(name);
+        match fs::rename(&path, &moved_to) {
+            Ok(()) => Ok(Fetched::Corrupt { moved_to }),
+            // Another reader was faster.
+            Err(error) if error.kind() == io::ErrorKind::NotFound && !path.exists() => {
+                Ok(Fetched::Missing)
+            }
+            Err(source) => Err(CacheError::Io { path, source }),
+        }
+    }
+
+    fn path(&self, digest: &Digest) -> PathBuf {
+        let hex = digest.to_string();
+        self.root.join("objects").join(&hex[..2]).join(hex)
+    }
+}
+
+/// Whether the file holds these bytes. If it can't be read, it is written anew.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    fs::metadata(path).is_ok_and(|file| file.len() == bytes.len() as u64)
+        && fs::read(path).is_ok_and(|found| found == bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use tempfile::TempDir;
+
+    use super::*;
+
+    fn store() -> (TempDir, Objects) {
+        let root = tempfile::tempdir().unwrap();
+        for folder in ["objects", "tmp", "corrupt"] {
+            fs::create_dir(root.path().join(folder)).unwrap();
+        }
+        let objects = Objects::new(root.path());
+        (root, objects)
+    }
+
+    fn n_files(root: &TempDir, folder: &str) -> usize {
+        fs::read_dir(root.path().join(folder)).unwrap().count()
+    }
+
+    #[test]
+    fn outputs_up_to_4096_bytes_are_inline_and_larger_ones_are_files() {
+        let (root, objects) = store();
+        for (len, is_inline) in [(0, true), (4096, true), (4097, false), (100_000, false)] {
+            let bytes = vec![7; len];
+            let output = objects.put(&bytes).unwrap();
+            assert_eq!(
+                (output.inline.is_some(), output.size),
+                (is_inline, len as u64)
+            );
+            assert_eq!(objects.path(&output.digest).exists(), !is_inline);
+            assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes(bytes.into()));
+        }
+        assert_eq!(n_files(&root, "tmp"), 0);
+    }
+
+    #[test]
+    fn an_object_is_named_by_its_digest_and_read_only() {
+        let (root, objects) = store();
+        let output = objects.put(&[0; 5000]).unwrap();
+        let hex = output.digest.to_string();
+        let path = root.path().join("objects").join(&hex[..2]).join(&hex);
+        assert_eq!(fs::read(&path).unwrap(), [0; 5000]);
+        assert!(fs::metadata(&path).unwrap().permissions().readonly());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_object_that_is_there_is_left_alone() {
+        use std::os::unix::fs::MetadataExt as _;
+        let (_root, objects) = store();
+        let path = objects.path(&objects.put(&[1; 5000]).unwrap().digest);
+        let inode = fs::metadata(&path).unwrap().ino();
+        objects.put(&[1; 5000]).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().ino(), inode);
+    }
+
+    #[test]
+    fn a_flipped_bit_is_never_served_and_put_heals_it() {
+        let (root, objects) = store();
+        let bytes: Vec<u8> = (0..5000_u32)
+            .flat_map(u32::to_le_bytes)
+            .take(4100)
+            .collect();
+        let output = objects.put(&bytes).unwrap();
+        let path = objects.path(&output.digest);
+        for bit in (0..bytes.len() * 8).step_by(7) {
+            let mut damaged = bytes.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            fs::remove_file(&path).unwrap();
+            fs::write(&path, &damaged).unwrap();
+            let Fetched::Corrupt { moved_to } = objects.read(&output).unwrap() else {
+                panic!("bit {bit} was served");
+            };
+            assert_eq!(fs::read(&moved_to).unwrap(), damaged);
+            assert_eq!(objects.read(&output).unwrap(), Fetched::Missing);
+            fs::remove_file(moved_to).unwrap();
+            // Where nobody has read the damage yet, `put` finds it.
+            fs::write(&path, &damaged).unwrap();
+            assert_eq!(objects.put(&bytes).unwrap(), output);
+            assert_eq!(
+                objects.read(&output).unwrap(),
+                Fetched::Bytes(bytes.as_slice().into())
+            );
+        }
+        assert_eq!(n_files(&root, "tmp"), 0);
+    }
+
+    #[test]
+    fn threads_that_put_the_same_bytes_share_one_file() {
+        let (root, objects) = store();
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for n in 0..20 {
+                        let bytes = vec![n; 9000];
+                        let output = objects.put(&bytes).unwrap();
+                        assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes(bytes.into()));
+                    }
+                });
+            }
+        });
+        let folders = fs::read_dir(root.path().join("objects")).unwrap();
+        let n_objects: usize = folders
+            .map(|f| fs::read_dir(f.unwrap().path()).unwrap().count())
+            .sum();
+        assert_eq!((n_objects, n_files(&root, "tmp")), (20, 0));
+    }
+}
