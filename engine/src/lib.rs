@@ -1,1 +1,24 @@
-//! stub
+//! Checked program to results.
+//!
+//! `expand` makes the graph, `schedule` runs what is not known, `report` says what came out.
+//! The engine knows the registry that it is given and no operation of its own.
+
+mod diff;
+mod event;
+mod expand;
+mod foresee;
+mod key;
+mod plan;
+mod platform;
+mod results;
+mod schedule;
+
+pub use diff::{Change, diff};
+pub use event::{Event, Listen, Silence};
+pub use expand::{ExpandError, expand};
+pub use foresee::{Foreseen, foresee};
+pub use key::{explain, key, number_digest};
+pub use plan::{Draw, Family, Fed, Plan, Source, Step};
+pub use platform::platform;
+pub use results::{Claim, ExperimentResults, Measure, Report, Results, Setting, report, wanted};
+pub use schedule::{Fate, Node, Options, Outcome, schedule};

@@ -15,6 +15,9 @@ pub mod planner;
 
 use ivx_op::Registry;
 
+/// The digest of the library's source, for the provenance of results.
+pub const SOURCE_DIGEST: &str = env!("IVX_SOURCE_DIGEST");
+
 /// Every operation and part that a spec can use.
 #[must_use]
 pub fn registry() -> Registry {

@@ -1,0 +1,101 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+/// Reproducible machine-learning experiments as dataflow over named axes.
+#[derive(Debug, Parser)]
+#[command(name = "ivx", version, after_help = "\
+Exit codes: 0 all went well, 1 a node failed (or a claim, under --strict; or results differ), \
+2 the spec or the command line is wrong, 3 the disk or the cache failed.")]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run what is not known of a spec, and write its results.
+    #[command(after_help = "Example: ivx exec experiments/thesis.ivx --set members=16 --jobs 2")]
+    Exec(Exec),
+    /// Say what is wrong with a spec, without running it.
+    #[command(after_help = "Example: ivx check experiments/thesis.ivx")]
+    Check(Check),
+    /// Say what a run would do: what is known, what would run.
+    #[command(after_help = "Example: ivx plan experiments/thesis.ivx --dot | dot -Tsvg > dag.svg")]
+    Plan(Plan),
+    /// Compare two results.
+    #[command(after_help = "Example: ivx diff old/results.ron results/thesis")]
+    Diff(Diff),
+    /// List the operations and parts that specs can use.
+    #[command(after_help = "Example: ivx ops argmax")]
+    Ops(Ops),
+}
+
+/// Which spec, and with which parameters.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Spec {
+    /// The spec.
+    pub(crate) spec: PathBuf,
+    /// The profile; `paper` gives every parameter its default. Without one, `quick` where it
+    /// is declared.
+    #[arg(long)]
+    pub(crate) profile: Option<String>,
+    /// Set a parameter: `--set members=16` or `--set overoptimisation.members=16`.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) sets: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Exec {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+    /// How many nodes run at once [default: one a core].
+    #[arg(long, short)]
+    pub(crate) jobs: Option<usize>,
+    /// Fail when a claim fails.
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// End the run with the first failure.
+    #[arg(long, conflicts_with = "keep_going")]
+    pub(crate) fail_fast: bool,
+    /// Go on with what does not depend on a failure; this is the default.
+    #[arg(long)]
+    pub(crate) keep_going: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Plan {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+    /// List every node.
+    #[arg(long)]
+    pub(crate) nodes: bool,
+    /// Print the graph in Graphviz' language.
+    #[arg(long, conflicts_with = "nodes")]
+    pub(crate) dot: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Diff {
+    /// A results file or its folder.
+    pub(crate) before: PathBuf,
+    /// Another.
+    pub(crate) after: PathBuf,
+    /// By how much a number may move, relative to its size.
+    #[arg(long, default_value_t = 1e-9)]
+    pub(crate) tolerance: f64,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Ops {
+    /// Only this one, in full.
+    pub(crate) name: Option<String>,
+}

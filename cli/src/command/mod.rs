@@ -1,0 +1,69 @@
+//! One file a subcommand.
+
+mod check;
+mod diff;
+mod exec;
+mod ops;
+mod plan;
+
+use std::io::{IsTerminal as _, Write};
+
+use ivx_grammar::check::{Settings, runs};
+use ivx_grammar::ir;
+use ivx_grammar::{Diagnostic, Severity, parse_literal};
+use ivx_library::registry;
+use ivx_op::Registry;
+
+use crate::args;
+use crate::load::{Loaded, load};
+use crate::render::render;
+use crate::{Trouble, colours};
+
+pub(crate) use check::check;
+pub(crate) use diff::diff;
+pub(crate) use exec::exec;
+pub(crate) use ops::ops;
+pub(crate) use plan::plan;
+
+/// A spec that can run.
+struct Ready {
+    spec: ir::Spec,
+    loaded: Loaded,
+    registry: Registry,
+}
+
+/// Loads and checks a spec. What is wrong with it goes to `err`; with an error among that,
+/// `None`.
+fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Trouble> {
+    let mut sets = Vec::new();
+    for set in &args.sets {
+        let parsed = set.split_once('=').map(|(name, value)| (name.trim(), parse_literal(value)));
+        let Some((name, Some(value))) = parsed else {
+            writeln!(err, "error: `--set {set}`: expected NAME=VALUE, such as `--set members=16`")?;
+            return Ok(None);
+        };
+        sets.push((name.to_owned(), value));
+    }
+    let settings = Settings { profile: args.profile.clone(), sets };
+    let loaded = load(&args.spec)?;
+    let registry = registry();
+    let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
+    let mut diagnostics: Vec<Diagnostic> = loaded.diagnostics.iter().cloned().chain(faults).collect();
+    diagnostics.sort_by_key(|d| d.labels.first().map(|label| label.span));
+    tell(&diagnostics, &loaded, err)?;
+    Ok(runs(&diagnostics).then_some(Ready { spec, loaded, registry }))
+}
+
+fn tell(diagnostics: &[Diagnostic], loaded: &Loaded, err: &mut dyn Write) -> Result<(), Trouble> {
+    if diagnostics.is_empty() {
+        return Ok(());
+    }
+    let files = loaded.project.files.iter();
+    let sources: Vec<(String, String)> = files.map(|file| (file.path.clone(), file.text.clone())).collect();
+    write!(err, "{}", render(diagnostics, &sources, colours() && std::io::stderr().is_terminal()))?;
+    let errors = diagnostics.iter().filter(|d| d.code.severity() == Severity::Error).count();
+    if errors > 0 {
+        writeln!(err, "{errors} {} in {}", if errors == 1 { "error" } else { "errors" }, loaded.project.files[0].path)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! `ivx ops`
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use ivx_grammar::suggest;
+use ivx_library::registry;
+use ivx_op::{Decl, Role};
+
+use crate::args::Ops;
+use crate::{OK, Trouble, WRONG};
+
+pub(crate) fn ops(args: &Ops, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
+    let registry = registry();
+    if let Some(name) = &args.name {
+        let Some(decl) = registry.decl(name) else {
+            let help = suggest(name, registry.decls().map(|decl| decl.name));
+            writeln!(err, "error: no operation or part is called `{name}`")?;
+            if let Some(help) = help {
+                writeln!(err, "help: {help}")?;
+            }
+            return Ok(WRONG);
+        };
+        whole(decl, out)?;
+        return Ok(OK);
+    }
+    let mut groups: BTreeMap<(bool, &str), Vec<&Decl>> = BTreeMap::new();
+    for decl in registry.decls() {
+        let group = match &decl.role {
+            Role::Op(_) => (false, "Operations"),
+            Role::Part(family) => (true, *family),
+        };
+        groups.entry(group).or_default().push(decl);
+    }
+    for ((part, name), decls) in groups {
+        let title = if part { format!("Parts: {name}") } else { name.to_owned() };
+        writeln!(out, "{title}")?;
+        for decl in decls {
+            writeln!(out, "  {:<18} {}", decl.name, first_line(decl.docs))?;
+        }
+        writeln!(out)?;
+    }
+    writeln!(out, "`ivx ops NAME` shows one in full.")?;
+    Ok(OK)
+}
+
+fn first_line(docs: &str) -> &str {
+    docs.trim().lines().next().unwrap_or_default()
+}
+
+fn whole(decl: &Decl, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "{decl}\n")?;
+    for line in decl.docs.trim().lines() {
+        writeln!(out, "{}", line.strip_prefix(' ').unwrap_or(line))?;
+    }
+    for arg in &decl.args {
+        writeln!(out, "\n  {}: {}", arg.name, arg.kind)?;
+        for line in arg.docs.trim().lines() {
+            writeln!(out, "      {}", line.trim())?;
+        }
+        if let Some(range) = &arg.range {
+            writeln!(out, "      Range: {range}.")?;
+        }
+        if let Some(default) = &arg.default {
+            writeln!(out, "      Default: {default}.")?;
+        }
+    }
+    let drawn = if decl.stochastic { ", draws random numbers" } else { "" };
+    writeln!(out, "\nVersion {}{drawn}.", decl.version)
+}

@@ -1,0 +1,68 @@
+//! `ivx plan`
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use ivx_cache::Cache;
+use ivx_engine::{Foreseen, Plan, expand, foresee, platform};
+use petgraph::visit::EdgeRef as _;
+
+use super::ready;
+use crate::{OK, Trouble, WRONG, args, project};
+
+pub(crate) fn plan(args: &args::Plan, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
+    let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
+    let plan = expand(&ready.spec, &ready.registry)?;
+    let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    let foreseen = foresee(&plan, &ready.registry, &cache);
+    if args.dot {
+        dot(&plan, &foreseen, out)?;
+        return Ok(OK);
+    }
+    if args.nodes {
+        for (step, foreseen) in plan.graph.node_weights().zip(&foreseen) {
+            writeln!(out, "{:<8} {}", word(*foreseen), step.address)?;
+        }
+    } else {
+        let mut groups: BTreeMap<(&str, &str), [usize; 3]> = BTreeMap::new();
+        for (step, foreseen) in plan.graph.node_weights().zip(&foreseen) {
+            let stem = step.address.split('[').next().unwrap_or(&step.address);
+            let stem = stem.split("/member").next().unwrap_or(stem);
+            groups.entry((stem, &step.op)).or_default()[*foreseen as usize] += 1;
+        }
+        for ((stem, op), [hit, run, unknown]) in groups {
+            let counts = [(hit, "hit"), (run, "run"), (unknown, "unknown")];
+            let counts: Vec<_> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
+            writeln!(out, "{stem:<56} {op:<18} {}", counts.join(", "))?;
+        }
+    }
+    let count = |wanted| foreseen.iter().filter(|foreseen| **foreseen == wanted).count();
+    let (hit, run, unknown) = (count(Foreseen::Hit), count(Foreseen::Run), count(Foreseen::Unknown));
+    writeln!(out, "{} nodes: {hit} hit, {run} run, {unknown} unknown until their inputs have run", foreseen.len())?;
+    Ok(OK)
+}
+
+fn word(foreseen: Foreseen) -> &'static str {
+    match foreseen {
+        Foreseen::Hit => "hit",
+        Foreseen::Run => "run",
+        Foreseen::Unknown => "unknown",
+    }
+}
+
+fn dot(plan: &Plan, foreseen: &[Foreseen], out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "digraph ivx {{\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", style=filled];")?;
+    for (i, (step, foreseen)) in plan.graph.node_weights().zip(foreseen).enumerate() {
+        let colour = match foreseen {
+            Foreseen::Hit => "palegreen",
+            Foreseen::Run => "khaki",
+            Foreseen::Unknown => "lightgrey",
+        };
+        let label = step.address.replace('\\', "\\\\").replace('"', "\\\"");
+        writeln!(out, "  n{i} [label=\"{label}\\n{}\", fillcolor={colour}];", step.op)?;
+    }
+    for edge in plan.graph.edge_references() {
+        writeln!(out, "  n{} -> n{};", edge.source().index(), edge.target().index())?;
+    }
+    writeln!(out, "}}")
+}

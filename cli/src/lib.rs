@@ -1,0 +1,101 @@
+//! The only crate that prints, reads files and knows the user.
+
+mod args;
+mod command;
+mod load;
+mod progress;
+mod project;
+mod render;
+
+use std::ffi::OsString;
+use std::io::Write;
+
+use clap::Parser as _;
+
+use args::{Args, Command};
+
+/// Everything went well.
+pub const OK: u8 = 0;
+/// Something failed: a node, a claim under `--strict`, or two results differ.
+pub const FAILED: u8 = 1;
+/// The spec or the command line is wrong.
+pub const WRONG: u8 = 2;
+/// The disk or the cache failed.
+pub const BROKEN: u8 = 3;
+
+/// Runs the command with these arguments, the first being its name. Returns the exit code.
+pub fn run(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+    let args = match Args::try_parse_from(args) {
+        Ok(args) => args,
+        Err(usage) => {
+            let (to, code): (&mut dyn Write, u8) =
+                if usage.use_stderr() { (err, WRONG) } else { (out, OK) };
+            let text = if colours() { usage.render().ansi().to_string() } else { usage.render().to_string() };
+            return write!(to, "{text}").map_or(BROKEN, |()| code);
+        }
+    };
+    let done = match &args.command {
+        Command::Exec(args) => command::exec(args, out, err),
+        Command::Check(args) => command::check(args, out, err),
+        Command::Plan(args) => command::plan(args, out, err),
+        Command::Diff(args) => command::diff(args, out, err),
+        Command::Ops(args) => command::ops(args, out, err),
+    };
+    match done {
+        Ok(code) => code,
+        // Whoever reads our output has seen enough, as in `ivx ops | head`.
+        Err(Trouble::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => OK,
+        Err(trouble) => {
+            // Where this cannot be written either, the code is all that is left.
+            let _ = writeln!(err, "error: {trouble}");
+            BROKEN
+        }
+    }
+}
+
+/// Whether output to a person may have colours.
+fn colours() -> bool {
+    use std::io::IsTerminal as _;
+    std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty()) && std::io::stderr().is_terminal()
+}
+
+/// A failure of the world around the command.
+#[derive(Debug, thiserror::Error)]
+enum Trouble {
+    /// A file cannot be read or written.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file does not hold what it should.
+    #[error("{path}: {why}")]
+    Content {
+        /// Which.
+        path: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// Output cannot be written.
+    #[error("output: {0}")]
+    Output(#[from] std::io::Error),
+    /// The cache fails.
+    #[error(transparent)]
+    Cache(#[from] ivx_cache::CacheError),
+    /// A description has no value.
+    #[error(transparent)]
+    Expand(#[from] ivx_engine::ExpandError),
+}
+
+/// Errors of files get the path.
+trait At<T> {
+    fn at(self, path: &std::path::Path) -> Result<T, Trouble>;
+}
+
+impl<T> At<T> for std::io::Result<T> {
+    fn at(self, path: &std::path::Path) -> Result<T, Trouble> {
+        self.map_err(|source| Trouble::File { path: path.display().to_string(), source })
+    }
+}

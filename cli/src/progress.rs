@@ -1,0 +1,142 @@
+//! What a person sees while a spec runs: a bar on a terminal, plain lines elsewhere.
+
+use std::io::{IsTerminal as _, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use ivx_engine::{Event, Listen};
+
+/// How often a plain line is written.
+const LINE: Duration = Duration::from_secs(5);
+
+/// Follows a run.
+pub(crate) struct Progress<'a> {
+    err: &'a mut dyn Write,
+    bar: Option<ProgressBar>,
+    jobs: u64,
+    started: Instant,
+    last_line: Instant,
+    nodes: u64,
+    done: u64,
+    hits: u64,
+}
+
+impl<'a> Progress<'a> {
+    /// Follows a run with so many jobs.
+    pub(crate) fn new(err: &'a mut dyn Write, jobs: usize) -> Self {
+        let now = Instant::now();
+        let terminal = std::io::stderr().is_terminal();
+        let bar = terminal.then(|| ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()));
+        let jobs = jobs.max(1) as u64;
+        Self { err, bar, jobs, started: now, last_line: now, nodes: 0, done: 0, hits: 0 }
+    }
+
+    /// Ends the following.
+    pub(crate) fn finish(self) {
+        if let Some(bar) = self.bar {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn say(&mut self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| eprint_line(line)),
+            // A closed pipe must not end the run.
+            None => drop(writeln!(self.err, "{line}")),
+        }
+    }
+
+    fn left(&self, left_millis: Option<u64>) -> String {
+        let left = left_millis.map(|millis| millis / self.jobs);
+        left.map_or(String::new(), |millis| format!(", about {} left", spell(Duration::from_millis(millis))))
+    }
+}
+
+impl Listen for Progress<'_> {
+    fn event(&mut self, event: Event<'_>) {
+        match event {
+            Event::Planned { nodes } => {
+                self.nodes = nodes as u64;
+                if let Some(bar) = &self.bar {
+                    bar.set_length(self.nodes);
+                    bar.set_style(style());
+                }
+            }
+            Event::Hit { .. } => {
+                self.hits += 1;
+                self.done += 1;
+                if let Some(bar) = &self.bar {
+                    bar.set_position(self.done);
+                }
+            }
+            Event::Started { address, .. } => {
+                if let Some(bar) = &self.bar {
+                    bar.enable_steady_tick(Duration::from_millis(200));
+                    bar.set_message(address.to_owned());
+                }
+            }
+            Event::Finished { address, left_millis, .. } => {
+                self.done += 1;
+                let left = self.left(left_millis);
+                if let Some(bar) = &self.bar {
+                    bar.set_position(self.done);
+                    bar.set_prefix(left);
+                } else if self.last_line.elapsed() >= LINE {
+                    self.last_line = Instant::now();
+                    let elapsed = spell(self.started.elapsed());
+                    let line = format!("[{}/{}] {elapsed}{left}: {address}", self.done, self.nodes);
+                    self.say(&line);
+                }
+            }
+            Event::Failed { address, why } => {
+                self.done += 1;
+                self.say(&format!("failed: {address}: {why}"));
+            }
+            Event::Skipped { .. } => self.done += 1,
+            Event::Noted { what } => self.say(&format!("note: {what}")),
+        }
+    }
+}
+
+#[expect(clippy::print_stderr, reason = "the bar is drawn there, and has stepped aside for the line")]
+fn eprint_line(line: &str) {
+    eprintln!("{line}");
+}
+
+fn style() -> ProgressStyle {
+    let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}{prefix} {wide_msg:.dim}");
+    style.expect("the template is well-formed")
+}
+
+/// A duration as people say it: `0.21 s`, `1 min 30 s`, `2 h 5 min`.
+pub(crate) fn spell(duration: Duration) -> String {
+    let seconds = duration.as_secs();
+    match seconds {
+        0..10 => format!("{:.2} s", duration.as_secs_f64()),
+        10..60 => format!("{seconds} s"),
+        60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        _ => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_spelt_as_people_say_them() {
+        let spelt = [0.214, 42.9, 95.0, 7_500.0].map(|s| spell(Duration::from_secs_f64(s)));
+        assert_eq!(spelt, ["0.21 s", "42 s", "1 min 35 s", "2 h 5 min"]);
+    }
+
+    #[test]
+    fn without_a_terminal_failures_are_lines() {
+        let mut err = Vec::new();
+        let mut progress = Progress::new(&mut err, 2);
+        progress.bar = None;
+        progress.event(Event::Planned { nodes: 3 });
+        progress.event(Event::Failed { address: "e/x", why: "no data" });
+        progress.finish();
+        assert_eq!(String::from_utf8_lossy(&err), "failed: e/x: no data\n");
+    }
+}

@@ -1,0 +1,398 @@
+//! From a checked program to its graph.
+
+use std::collections::BTreeMap;
+
+use ivx_grammar::ir::{AxisId, AxisRole, Coord, Expr, ExprId, ExprKind, Feed, Op, Place, Spec};
+use ivx_op::{ArgKind, Args, Dim, Labels, Lit, Registry};
+use petgraph::graph::NodeIndex;
+
+use crate::key::{self, Walk};
+use crate::plan::{Draw, Family, Fed, Plan, Source, Step};
+
+/// Why a program has no graph: arithmetic that has no result at one coordinate.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{address}: {why}")]
+pub struct ExpandError {
+    /// The node.
+    pub address: String,
+    /// What went wrong.
+    pub why: String,
+}
+
+/// The graph of everything that the spec's outputs need. Equal computations are one node, and
+/// an ensemble is one node a member.
+///
+/// # Errors
+/// If a description has no value at some coordinate.
+pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
+    let mut expansion = Expansion {
+        spec,
+        registry,
+        plan: Plan::default(),
+        known: BTreeMap::new(),
+    };
+    let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
+    let needed = needed(spec);
+    for (i, expr) in spec.exprs.iter().enumerate().filter(|(i, _)| needed[*i]) {
+        values[i] = Some(expansion.values(expr, &values)?);
+    }
+    for id in outputs(spec) {
+        let values = values[id.0 as usize].as_ref().expect("outputs are needed");
+        let family = expansion.family(values);
+        expansion.plan.outputs.insert(id, family);
+    }
+    Ok(expansion.plan)
+}
+
+fn outputs(spec: &Spec) -> impl Iterator<Item = ExprId> {
+    spec.experiments.iter().flat_map(|experiment| {
+        let groups = [
+            &experiment.measures,
+            &experiment.figures,
+            &experiment.tables,
+            &experiment.claims,
+        ];
+        groups.into_iter().flatten().map(|output| output.expr)
+    })
+}
+
+fn inputs(expr: &Expr) -> Vec<ExprId> {
+    match &expr.kind {
+        ExprKind::Number(_) => Vec::new(),
+        ExprKind::Op(op) => op
+            .ports
+            .iter()
+            .flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr))
+            .collect(),
+        ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => vec![*base],
+    }
+}
+
+/// Which expressions the outputs need.
+fn needed(spec: &Spec) -> Vec<bool> {
+    let mut needed = vec![false; spec.exprs.len()];
+    let mut todo: Vec<ExprId> = outputs(spec).collect();
+    while let Some(id) = todo.pop() {
+        if !std::mem::replace(&mut needed[id.0 as usize], true) {
+            todo.extend(inputs(spec.expr(id)));
+        }
+    }
+    needed
+}
+
+/// The values of an expression, by place: last axis fastest.
+#[derive(Clone, Debug)]
+struct Values {
+    axes: Vec<AxisId>,
+    strides: Vec<usize>,
+    sources: Vec<Source>,
+}
+
+impl Values {
+    fn at(&self, place: &Place) -> Source {
+        let index: usize = self
+            .axes
+            .iter()
+            .zip(&self.strides)
+            .map(|(axis, stride)| place[axis] * stride)
+            .sum();
+        self.sources[index]
+    }
+}
+
+struct Expansion<'a> {
+    spec: &'a Spec,
+    registry: &'a Registry,
+    plan: Plan,
+    /// Nodes by what they compute.
+    known: BTreeMap<Vec<u8>, NodeIndex>,
+}
+
+impl Expansion<'_> {
+    fn values(&mut self, expr: &Expr, known: &[Option<Values>]) -> Result<Values, ExpandError> {
+        let axes: Vec<AxisId> = expr.axes.iter().copied().collect();
+        let sizes: Vec<usize> = axes
+            .iter()
+            .map(|axis| self.spec.axis(*axis).coords.len())
+            .collect();
+        let mut sources = Vec::new();
+        for place in places(&axes, &sizes) {
+            let base = |id: &ExprId| known[id.0 as usize].as_ref().expect("inputs come first");
+            sources.push(match &expr.kind {
+                ExprKind::Number(desc) => {
+                    let lit = self.eval(expr, &place, |place| desc.eval(&self.spec.axes, place))?;
+                    Source::Number(lit.as_f64().expect("checked to be a number"))
+                }
+                ExprKind::Pick {
+                    base: id,
+                    axis,
+                    place: coordinate,
+                } => {
+                    let mut place = place.clone();
+                    place.insert(*axis, *coordinate);
+                    base(id).at(&place)
+                }
+                ExprKind::Restrict {
+                    base: id,
+                    axis,
+                    restricted,
+                    places,
+                } => {
+                    let mut place = place.clone();
+                    let coordinate = places[place[restricted]];
+                    place.insert(*axis, coordinate);
+                    base(id).at(&place)
+                }
+                ExprKind::Op(op) => Source::Node(self.node(expr, op, &place, known)?),
+            });
+        }
+        Ok(Values {
+            strides: strides(&sizes),
+            axes,
+            sources,
+        })
+    }
+
+    fn eval(
+        &self,
+        expr: &Expr,
+        place: &Place,
+        eval: impl Fn(&Place) -> Result<Lit, String>,
+    ) -> Result<Lit, ExpandError> {
+        eval(place).map_err(|why| ExpandError {
+            address: self.address(expr, place),
+            why,
+        })
+    }
+
+    /// The node of one call at one place; an equal one if there is.
+    fn node(
+        &mut self,
+        expr: &Expr,
+        op: &Op,
+        place: &Place,
+        known: &[Option<Values>],
+    ) -> Result<NodeIndex, ExpandError> {
+        let mut args = Args::new();
+        for (name, desc) in &op.args {
+            let lit = self.eval(expr, place, |place| desc.eval(&self.spec.axes, place))?;
+            args.insert(name.clone(), self.without_members(&lit));
+        }
+        let mut ports = Vec::new();
+        for (name, feeds) in &op.ports {
+            let feds = feeds.iter().map(|feed| {
+                let values = known[feed.expr.0 as usize]
+                    .as_ref()
+                    .expect("inputs come first");
+                self.fed(feed, values, place)
+            });
+            ports.push((name.clone(), feds.collect()));
+        }
+        let draw = op.stochastic.then(|| self.draw(place));
+        let step = Step {
+            address: self.address(expr, place),
+            op: op.name.clone(),
+            args,
+            ports,
+            draw,
+        };
+        let mut identity = Vec::new();
+        let node_bytes = |source: &Source| match source {
+            Source::Node(node) => (node.index() as u64).to_le_bytes().to_vec(),
+            Source::Number(x) => [b"n".as_slice(), &x.to_le_bytes()].concat(),
+        };
+        key::walk(&step, self.registry, node_bytes, &mut identity);
+        if let Some(node) = self.known.get(&identity) {
+            return Ok(*node);
+        }
+        let sources: Vec<Source> = step.sources().collect();
+        let node = self.plan.graph.add_node(step);
+        for source in sources {
+            if let Source::Node(input) = source {
+                self.plan.graph.update_edge(input, node, ());
+            }
+        }
+        self.known.insert(identity, node);
+        Ok(node)
+    }
+
+    fn draw(&self, place: &Place) -> Draw {
+        let role = |role: AxisRole| {
+            let found = place
+                .iter()
+                .find(move |(axis, _)| self.spec.axis(**axis).role == role);
+            found.map(|(axis, i)| &self.spec.axis(*axis).coords[*i].value)
+        };
+        let whole = |lit: &Lit| {
+            if let Lit::Int(n) = lit {
+                *n
+            } else {
+                unreachable!("checked to be whole")
+            }
+        };
+        let member = role(AxisRole::Member).map(|lit| whole(lit).unsigned_abs());
+        Draw {
+            seed: role(AxisRole::Seed).map_or(0, whole),
+            member,
+        }
+    }
+
+    fn fed(&self, feed: &Feed, values: &Values, place: &Place) -> Fed {
+        let orders: Vec<Vec<usize>> = feed
+            .gathered
+            .iter()
+            .map(|axis| self.order(*axis, feed.labelled))
+            .collect();
+        let sizes: Vec<usize> = orders.iter().map(Vec::len).collect();
+        let mut place = place.clone();
+        let mut sources = Vec::new();
+        for at in places(&feed.gathered, &sizes) {
+            for (axis, order) in feed.gathered.iter().zip(&orders) {
+                place.insert(*axis, order[at[axis]]);
+            }
+            sources.push(values.at(&place));
+        }
+        let dims = feed
+            .gathered
+            .iter()
+            .enumerate()
+            .map(|(i, axis)| match feed.labelled {
+                true => self.labelled(*axis),
+                false => Dim::new(
+                    &format!("#{i}"),
+                    Labels::Names((0..sizes[i]).map(|j| j.to_string()).collect()),
+                ),
+            });
+        Fed {
+            dims: dims.collect(),
+            sources,
+            labelled: feed.labelled,
+            name: feed.name.clone(),
+        }
+    }
+
+    /// The coordinates of an axis: as declared where labels travel, else by value.
+    fn order(&self, axis: AxisId, labelled: bool) -> Vec<usize> {
+        let coords = &self.spec.axis(axis).coords;
+        let mut order: Vec<usize> = (0..coords.len()).collect();
+        if !labelled {
+            order.sort_by(|&a, &b| {
+                let (a, b) = (&coords[a].value, &coords[b].value);
+                match (a.as_f64(), b.as_f64()) {
+                    (Some(x), Some(y)) => x.total_cmp(&y),
+                    _ => a.to_string().cmp(&b.to_string()),
+                }
+            });
+        }
+        order
+    }
+
+    fn labelled(&self, axis: AxisId) -> Dim {
+        let axis = self.spec.axis(axis);
+        let numbers: Option<Vec<f64>> = axis
+            .coords
+            .iter()
+            .map(|coord| coord.value.as_f64())
+            .collect();
+        let plain = |coord: &Coord| coord.value.to_string() == coord.label;
+        let labels = match numbers {
+            Some(numbers) if axis.coords.iter().all(plain) => Labels::Numbers(numbers),
+            _ => Labels::Names(
+                axis.coords
+                    .iter()
+                    .map(|coord| coord.label.clone())
+                    .collect(),
+            ),
+        };
+        Dim::new(&axis.name, labels)
+    }
+
+    /// The values over axes in the order of their names.
+    fn family(&self, values: &Values) -> Family {
+        let mut axes = values.axes.clone();
+        axes.sort_by_key(|axis| &self.spec.axis(*axis).name);
+        let sizes: Vec<usize> = axes
+            .iter()
+            .map(|axis| self.spec.axis(*axis).coords.len())
+            .collect();
+        let sources = places(&axes, &sizes)
+            .map(|place| values.at(&place))
+            .collect();
+        Family {
+            dims: axes.iter().map(|axis| self.labelled(*axis)).collect(),
+            sources,
+        }
+    }
+
+    /// `overoptimisation/model[seed=0]/member[3]`.
+    fn address(&self, expr: &Expr, place: &Place) -> String {
+        let mut coords = Vec::new();
+        let mut member = String::new();
+        for axis in &expr.axes {
+            let (axis, coordinate) = (self.spec.axis(*axis), place[axis]);
+            let label = &axis.coords[coordinate].label;
+            match axis.role {
+                AxisRole::Member => member = format!("/member[{label}]"),
+                _ => coords.push(format!("{}={label}", axis.name)),
+            }
+        }
+        let coords = if coords.is_empty() {
+            String::new()
+        } else {
+            format!("[{}]", coords.join(","))
+        };
+        format!("{}{coords}{member}", expr.address)
+    }
+
+    /// The description without the numbers of members, which no node knows.
+    fn without_members(&self, lit: &Lit) -> Lit {
+        match lit {
+            Lit::List(items) => Lit::List(
+                items
+                    .iter()
+                    .map(|item| self.without_members(item))
+                    .collect(),
+            ),
+            Lit::Part(part) => {
+                let mut part = part.clone();
+                if let Some(decl) = self.registry.decl(&part.name) {
+                    part.args.retain(|name, _| {
+                        decl.arg(name)
+                            .is_none_or(|arg| arg.kind != ArgKind::Members)
+                    });
+                }
+                part.args
+                    .values_mut()
+                    .for_each(|arg| *arg = self.without_members(arg));
+                Lit::Part(part)
+            }
+            other => other.clone(),
+        }
+    }
+}
+
+fn strides(sizes: &[usize]) -> Vec<usize> {
+    let mut strides = vec![1; sizes.len()];
+    for i in (0..sizes.len().saturating_sub(1)).rev() {
+        strides[i] = strides[i + 1] * sizes[i + 1];
+    }
+    strides
+}
+
+/// Every place on some axes, last axis fastest.
+fn places(axes: &[AxisId], sizes: &[usize]) -> impl Iterator<Item = Place> {
+    let strides = strides(sizes);
+    (0..sizes.iter().product()).map(move |i| {
+        let coordinate = |j: usize| (axes[j], i / strides[j] % sizes[j]);
+        (0..axes.len()).map(coordinate).collect()
+    })
+}
+
+impl Walk for Vec<u8> {
+    fn item(&mut self, label: &str, bytes: &[u8]) {
+        for part in [label.as_bytes(), bytes] {
+            self.extend((part.len() as u64).to_le_bytes());
+            self.extend(part);
+        }
+    }
+}

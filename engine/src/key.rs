@@ -1,0 +1,206 @@
+//! Keys: what a result depends on, walked once for two sinks.
+//!
+//! [`key`] hashes the walk and [`explain`] writes it down, so that the reason for a rerun can
+//! never disagree with the key.
+
+use std::fmt::Write as _;
+
+use ivx_cache::Digest;
+use ivx_op::{Array, Artifact as _, Labels, Lit, Registry};
+use sha2::{Digest as _, Sha256};
+
+use crate::plan::{Source, Step};
+
+/// Rises when the walk changes, so that no old record is taken for a new one.
+const FORMAT: &str = "1";
+
+/// Receives the parts of a key in one fixed order.
+pub(crate) trait Walk {
+    /// One part.
+    fn item(&mut self, label: &str, bytes: &[u8]);
+}
+
+/// The key of a step whose inputs have these digests.
+pub fn key(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> Digest {
+    let mut hash = Hash(Sha256::new());
+    walk(step, registry, |source| input(source).0.to_vec(), &mut hash);
+    Digest(hash.0.finalize().into())
+}
+
+/// The same walk as text: one line a part.
+pub fn explain(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> String {
+    let mut text = Text(String::new());
+    walk(step, registry, |source| input(source).0.to_vec(), &mut text);
+    text.0
+}
+
+/// The digest of a number that stands where an artifact is expected.
+#[must_use]
+pub fn number_digest(number: f64) -> Digest {
+    Digest::of(&Array::scalar(number).encode())
+}
+
+struct Hash(Sha256);
+
+impl Walk for Hash {
+    fn item(&mut self, label: &str, bytes: &[u8]) {
+        for part in [label.as_bytes(), bytes] {
+            self.0.update((part.len() as u64).to_le_bytes());
+            self.0.update(part);
+        }
+    }
+}
+
+struct Text(String);
+
+impl Walk for Text {
+    fn item(&mut self, label: &str, bytes: &[u8]) {
+        let text = std::str::from_utf8(bytes).ok().filter(|_| label != "input");
+        let hex = || {
+            bytes.iter().fold(String::new(), |mut hex, byte| {
+                write!(hex, "{byte:02x}").expect("strings take everything");
+                hex
+            })
+        };
+        writeln!(self.0, "{label} {}", text.map_or_else(hex, str::to_owned))
+            .expect("strings take everything");
+    }
+}
+
+/// Shows everything that a step's result depends on to `sink`.
+pub(crate) fn walk(
+    step: &Step,
+    registry: &Registry,
+    input: impl Fn(&Source) -> Vec<u8>,
+    sink: &mut impl Walk,
+) {
+    let version = |name: &str| registry.decl(name).map_or(0, |decl| decl.version);
+    sink.item("format", FORMAT.as_bytes());
+    sink.item(
+        "op",
+        format!("{}@{}", step.op, version(&step.op)).as_bytes(),
+    );
+    for (name, lit) in &step.args {
+        walk_lit(&format!("arg.{name}"), lit, &version, sink);
+    }
+    for (name, feds) in &step.ports {
+        sink.item("port", format!("{name} {}", feds.len()).as_bytes());
+        for fed in feds {
+            if fed.labelled {
+                sink.item("name", fed.name.as_bytes());
+            }
+            for dim in &fed.dims {
+                let labels = match &dim.labels {
+                    _ if !fed.labelled => String::new(),
+                    Labels::Numbers(xs) => format!(" {xs:?}"),
+                    Labels::Names(names) => format!(" {names:?}"),
+                };
+                sink.item(
+                    "axis",
+                    format!("{} {}{labels}", dim.name, dim.len()).as_bytes(),
+                );
+            }
+            for source in &fed.sources {
+                sink.item("input", &input(source));
+            }
+        }
+    }
+    if let Some(draw) = step.draw {
+        sink.item("seed", draw.seed.to_string().as_bytes());
+        let member = draw
+            .member
+            .map_or_else(|| "none".to_owned(), |member| member.to_string());
+        sink.item("member", member.as_bytes());
+    }
+}
+
+fn walk_lit(path: &str, lit: &Lit, version: &impl Fn(&str) -> u32, sink: &mut impl Walk) {
+    match lit {
+        Lit::List(items) => {
+            sink.item(path, format!("list of {}", items.len()).as_bytes());
+            for (i, item) in items.iter().enumerate() {
+                walk_lit(&format!("{path}[{i}]"), item, version, sink);
+            }
+        }
+        Lit::Part(part) => {
+            sink.item(
+                path,
+                format!("{}@{}", part.name, version(&part.name)).as_bytes(),
+            );
+            for (name, value) in &part.args {
+                walk_lit(&format!("{path}.{name}"), value, version, sink);
+            }
+        }
+        plain => sink.item(path, plain.to_string().as_bytes()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::{Args, Part};
+
+    use super::*;
+    use crate::plan::{Draw, Fed};
+
+    fn step() -> Step {
+        let fed = Fed {
+            dims: vec![],
+            sources: vec![Source::Number(0.5)],
+            labelled: false,
+            name: String::new(),
+        };
+        Step {
+            address: "e/x".into(),
+            op: "toy".into(),
+            args: Args::from([("ke".into(), Part::new("cvar").with("alpha", 0.1).into())]),
+            ports: vec![("x".into(), vec![fed])],
+            draw: Some(Draw {
+                seed: 3,
+                member: None,
+            }),
+        }
+    }
+
+    fn digest(source: &Source) -> Digest {
+        match source {
+            Source::Number(x) => number_digest(*x),
+            Source::Node(_) => unreachable!("the toy has no inputs"),
+        }
+    }
+
+    #[test]
+    fn the_explanation_reads_as_what_is_hashed() {
+        let text = explain(&step(), &Registry::default(), digest);
+        let expected = format!(
+            "format 1\nop toy@0\narg.ke cvar@0\narg.ke.alpha 0.1\nport x 1\ninput {}\nseed 3\nmember none\n",
+            number_digest(0.5)
+        );
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn every_part_of_a_step_moves_the_key_but_its_address() {
+        let registry = Registry::default();
+        let base = key(&step(), &registry, digest);
+        let changed = |change: &dyn Fn(&mut Step)| {
+            let mut step = step();
+            change(&mut step);
+            key(&step, &registry, digest)
+        };
+        assert_eq!(changed(&|s| s.address = "other".into()), base);
+        assert_ne!(changed(&|s| s.op = "tox".into()), base);
+        assert_ne!(changed(&|s| s.args.clear()), base);
+        assert_ne!(changed(&|s| s.draw = None), base);
+        assert_ne!(
+            changed(&|s| s.draw = Some(Draw {
+                seed: 3,
+                member: Some(0)
+            })),
+            base
+        );
+        assert_ne!(
+            changed(&|s| s.ports[0].1[0].sources[0] = Source::Number(0.25)),
+            base
+        );
+    }
+}

@@ -1,0 +1,81 @@
+//! The graph to run: plain data, one node a computation.
+
+use std::collections::BTreeMap;
+
+use ivx_grammar::ir::ExprId;
+use ivx_op::{Args, Dim};
+use petgraph::graph::{DiGraph, NodeIndex};
+
+/// A program as a graph, from inputs to users; the weight of an edge is nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// The nodes. Every input of a node has a smaller index.
+    pub graph: DiGraph<Step, ()>,
+    /// The nodes of each output of the spec.
+    pub outputs: BTreeMap<ExprId, Family>,
+}
+
+/// One computation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What it is called, for people: `overoptimisation/model[seed=0]/member[3]`.
+    pub address: String,
+    /// The operation.
+    pub op: String,
+    /// Its descriptions, complete, without numbers of members.
+    pub args: Args,
+    /// Its artifacts, in the order of declaration.
+    pub ports: Vec<(String, Vec<Fed>)>,
+    /// What makes its random numbers, where it draws any.
+    pub draw: Option<Draw>,
+}
+
+/// What makes the random numbers of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draw {
+    /// The value of the `seed` axis; 0 without one.
+    pub seed: i64,
+    /// Which member of an ensemble the step belongs to.
+    pub member: Option<u64>,
+}
+
+/// What one port takes: values over the axes it gathers, last axis fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fed {
+    /// The axes.
+    pub dims: Vec<Dim>,
+    /// The values.
+    pub sources: Vec<Source>,
+    /// Whether names and labels travel, and so belong to the key.
+    pub labelled: bool,
+    /// What the spec calls the value; empty where labels do not travel.
+    pub name: String,
+}
+
+/// Where a value comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// A node.
+    Node(NodeIndex),
+    /// A number written in the spec.
+    Number(f64),
+}
+
+/// The values of an expression over the axes it varies over, last axis fastest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Family {
+    /// The axes, by name, with their labels in the order declared.
+    pub dims: Vec<Dim>,
+    /// The values.
+    pub sources: Vec<Source>,
+}
+
+impl Step {
+    /// The sources of all ports, in order.
+    pub fn sources(&self) -> impl Iterator<Item = Source> {
+        self.ports
+            .iter()
+            .flat_map(|(_, feds)| feds)
+            .flat_map(|fed| fed.sources.iter().copied())
+    }
+}

@@ -1,0 +1,261 @@
+//! What a run found out: determined by the spec alone, and so comparable byte for byte.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use ivx_cache::Digest;
+use ivx_grammar::ir::{Output, Spec};
+use ivx_op::{Array, Artifact, Dim, Figure, Finding, Gathered, Lit, Outcome as Verdict, Table};
+use petgraph::graph::NodeIndex;
+use serde::{Deserialize, Serialize};
+
+use crate::plan::{Family, Plan, Source};
+use crate::schedule::{Fate, Outcome};
+
+/// What a spec's run found out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// The format of this file.
+    pub format: u32,
+    /// The spec's name.
+    pub spec: String,
+    /// The profile in force; none when every parameter has its default.
+    pub profile: Option<String>,
+    /// Parameters of files.
+    pub params: BTreeMap<String, Setting>,
+    /// By name.
+    pub experiments: BTreeMap<String, ExperimentResults>,
+    /// Nodes that failed, and why.
+    pub failures: BTreeMap<String, String>,
+}
+
+/// What one experiment found out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ExperimentResults {
+    /// Its parameters.
+    pub params: BTreeMap<String, Setting>,
+    /// Its claims, by their words.
+    pub claims: BTreeMap<String, Claim>,
+    /// Its measures.
+    pub measures: BTreeMap<String, Measure>,
+    /// Its figures: the digest of each file.
+    pub figures: BTreeMap<String, BTreeMap<String, String>>,
+    /// Its tables: the digest of each file.
+    pub tables: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// The value of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Setting {
+    /// Yes or no.
+    Bool(bool),
+    /// A whole number.
+    Int(i64),
+    /// A real number.
+    Real(f64),
+    /// A string; lists and parts as the language writes them.
+    Text(String),
+}
+
+/// A measure over everything that it varies over, last dimension fastest.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measure {
+    /// Axes first, by name, then the dimensions inside.
+    pub dims: Vec<Dim>,
+    /// The numbers; none where a node that they need has failed.
+    pub values: Vec<f64>,
+}
+
+/// What became of a claim.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// The comparison, as written.
+    pub claim: String,
+    /// What it amounts to; none if something that it needs has failed.
+    pub outcome: Option<Verdict>,
+    /// Coordinate by coordinate.
+    pub findings: Vec<Finding>,
+}
+
+/// Results, and the files that show them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// What was found out.
+    pub results: Results,
+    /// Figures and tables: path below the results' folder, and text.
+    pub files: BTreeMap<String, String>,
+}
+
+/// The nodes whose bytes a report needs.
+#[must_use]
+pub fn wanted(plan: &Plan) -> BTreeSet<NodeIndex> {
+    let sources = plan.outputs.values().flat_map(|family| &family.sources);
+    sources
+        .filter_map(|source| {
+            if let Source::Node(node) = source {
+                Some(*node)
+            } else {
+                None
+            }
+        })
+        .collect()
+}
+
+/// The report of a run.
+#[must_use]
+pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report {
+    let mut report = Report::default();
+    let results = &mut report.results;
+    results.format = 1;
+    results.spec = name.to_owned();
+    results.profile.clone_from(&spec.profile);
+    results.params = spec
+        .params
+        .iter()
+        .map(|(name, lit)| (name.clone(), setting(lit)))
+        .collect();
+    for experiment in &spec.experiments {
+        let mut found = ExperimentResults {
+            params: experiment
+                .params
+                .iter()
+                .map(|(name, lit)| (name.clone(), setting(lit)))
+                .collect(),
+            ..ExperimentResults::default()
+        };
+        for measure in &experiment.measures {
+            let family = &plan.outputs[&measure.expr];
+            found
+                .measures
+                .insert(measure.name.clone(), self::measure(family, outcome));
+        }
+        for figure in &experiment.figures {
+            let files = rendered(plan, outcome, figure, Figure::decode).map(|figure| figure.files);
+            found.figures.insert(
+                figure.name.clone(),
+                keep("figures", &figure.name, files, &mut report.files),
+            );
+        }
+        for table in &experiment.tables {
+            let files = rendered(plan, outcome, table, Table::decode).map(|table| table.files);
+            found.tables.insert(
+                table.name.clone(),
+                keep("tables", &table.name, files, &mut report.files),
+            );
+        }
+        for claim in &experiment.claims {
+            let verdict = rendered(plan, outcome, claim, ivx_op::Verdict::decode);
+            let claimed = Claim {
+                claim: claim.source.clone(),
+                outcome: verdict.as_ref().map(ivx_op::Verdict::outcome),
+                findings: verdict.map(|verdict| verdict.findings).unwrap_or_default(),
+            };
+            found.claims.insert(claim.name.clone(), claimed);
+        }
+        results.experiments.insert(experiment.name.clone(), found);
+    }
+    for (step, node) in plan.graph.node_weights().zip(&outcome.nodes) {
+        if let Fate::Failed { why } = &node.fate {
+            results.failures.insert(step.address.clone(), why.clone());
+        }
+    }
+    report
+}
+
+fn setting(lit: &Lit) -> Setting {
+    match lit {
+        Lit::Bool(b) => Setting::Bool(*b),
+        Lit::Int(n) => Setting::Int(*n),
+        Lit::Real(x) => Setting::Real(*x),
+        Lit::Text(text) => Setting::Text(text.clone()),
+        other => Setting::Text(other.to_string()),
+    }
+}
+
+fn bytes(source: &Source, outcome: &Outcome) -> Option<Arc<[u8]>> {
+    match source {
+        Source::Node(node) => outcome.values.get(node).cloned(),
+        Source::Number(x) => Some(Array::scalar(*x).encode().into()),
+    }
+}
+
+fn measure(family: &Family, outcome: &Outcome) -> Measure {
+    let decode = |source| bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
+    let values: Option<Vec<Array>> = family.sources.iter().map(decode).collect();
+    let gathered = values.map(|values| Gathered {
+        dims: family.dims.clone(),
+        values,
+        name: String::new(),
+    });
+    match gathered.map(|gathered| Array::stack(&gathered)) {
+        Some(Ok(array)) => Measure {
+            dims: array.dims,
+            values: array.values,
+        },
+        _ => Measure {
+            dims: family.dims.clone(),
+            values: Vec::new(),
+        },
+    }
+}
+
+fn rendered<T>(
+    plan: &Plan,
+    outcome: &Outcome,
+    output: &Output,
+    decode: fn(&[u8]) -> Option<T>,
+) -> Option<T> {
+    let source = plan.outputs[&output.expr].sources.first()?;
+    bytes(source, outcome).and_then(|bytes| decode(&bytes))
+}
+
+/// Puts files where the report shows them, and returns the digest of each.
+fn keep(
+    folder: &str,
+    name: &str,
+    files: Option<BTreeMap<String, String>>,
+    into: &mut BTreeMap<String, String>,
+) -> BTreeMap<String, String> {
+    let safe: String = name
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || "._-".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let mut digests = BTreeMap::new();
+    for (extension, text) in files.unwrap_or_default() {
+        digests.insert(extension.clone(), Digest::of(text.as_bytes()).to_string());
+        into.insert(format!("{folder}/{safe}.{extension}"), text);
+    }
+    digests
+}
+
+impl Results {
+    /// As text: sorted, with shortest round-trip numbers.
+    ///
+    /// # Panics
+    /// Never: results are plain data.
+    #[must_use]
+    pub fn to_ron(&self) -> String {
+        let config = ron::ser::PrettyConfig::new()
+            .indentor("  ")
+            .compact_arrays(true)
+            .extensions(ron::extensions::Extensions::IMPLICIT_SOME);
+        let mut text = ron::ser::to_string_pretty(self, config).expect("results are plain data");
+        text.push('\n');
+        text
+    }
+
+    /// Back from text.
+    ///
+    /// # Errors
+    /// If the text is no results file; the error has line and column.
+    pub fn from_ron(text: &str) -> Result<Self, ron::error::SpannedError> {
+        ron::from_str(text)
+    }
+}
