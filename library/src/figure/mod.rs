@@ -1,8 +1,85 @@
-//! TODO(owner): one line that says what lives here.
+//! Figures and tables.
+//!
+//! An operation arranges what it gathered (`arrange`), says what to draw (`drawing`) and has
+//! it rendered (`render`). Layers are drawn later, by `plot`.
+
+mod arrange;
+mod band;
+mod bars;
+mod curve;
+mod drawing;
+mod histogram;
+mod interval;
+mod layer;
+mod level;
+mod lines;
+mod marks;
+mod plot;
+mod points;
+mod render;
+mod scale;
+mod table;
+mod text;
 
 use ivx_op::Registry;
+
+pub use band::Band;
+pub use bars::Bars;
+pub use curve::Curve;
+pub use drawing::{Mark, Series, Stroke};
+pub use histogram::Histogram;
+pub use layer::Layer;
+pub use level::Level;
+pub use lines::Lines;
+pub use plot::Plot;
+pub use points::Points;
+pub use table::Tabulate;
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
+        .op::<Band>()
+        .op::<Bars>()
+        .op::<Curve>()
+        .op::<Histogram>()
+        .op::<Level>()
+        .op::<Lines>()
+        .op::<Plot>()
+        .op::<Points>()
+        .op::<Tabulate>()
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::{Array, Artifact, Bytes, Call, Ctx, Figure, Gathered, Lit, Registry, Table};
+
+    use super::arrange::tests::value;
+    use super::register;
+
+    /// What an operation makes of a value over `ke` and `x`, other arguments by default.
+    fn run(name: &'static str, port: &str, given: &[(&str, &str)]) -> Bytes {
+        let registry = register(Registry::default());
+        let decl = registry.decl(name).unwrap();
+        let defaults =
+            decl.args.iter().filter_map(|arg| Some((arg.name.to_owned(), arg.default.clone()?)));
+        let given = given.iter().map(|(arg, axis)| ((*arg).to_owned(), Lit::from(vec![*axis])));
+        let Gathered { dims, values, name: called } =
+            value(&[("ke", &["WCM", "MA"]), ("x", &["0", "1"])], &[1.0, 2.0, 3.0, 4.0]).0;
+        let values = values.iter().map(|array: &Array| array.encode().into()).collect();
+        let ports = [(port.to_owned(), vec![Gathered { dims, values, name: called }])];
+        let call = Call { args: defaults.chain(given).collect(), ports: ports.into() };
+        registry.run(name, &call, &Ctx { op: name, seed: 0, member: None }).unwrap()
+    }
+
+    #[test]
+    fn figures_and_tables_are_the_same_bytes_every_time() {
+        let lines = || run("lines", "y", &[("x", "x"), ("by", "ke")]);
+        let bars = || run("bars", "y", &[("by", "x")]);
+        let table = || run("table", "values", &[("rows", "ke"), ("columns", "x")]);
+        assert_eq!((lines(), bars(), table()), (lines(), bars(), table()));
+        assert_ne!(lines(), run("lines", "y", &[("x", "x")]));
+        assert!(Figure::decode(&lines()).unwrap().files["svg"].contains(">WCM<"));
+        let csv = Table::decode(&table()).unwrap().files["csv"].clone();
+        assert_eq!(csv, "ke,0,1\nWCM,1.0,2.0\nMA,3.0,4.0\n");
+    }
 }

@@ -1,0 +1,122 @@
+//! Lines of a value along an axis.
+
+use ivx_op::{Array, AxisNames, Ctx, Everything, Op, OpError, declare};
+
+use super::arrange::{arrange, labels, names, numbers};
+use super::drawing::{Mark, Series, Stroke};
+use super::layer::{Layer, entry};
+
+declare! {
+    /// Lines of `y` along `x`.
+    ///
+    /// Over `seed` a line is the mean, within a band that is its 95 % interval. What `y` also
+    /// varies over, such as `member`, gives one thin line each, without bands.
+    pub struct Curve = "curve" @ 1 -> Layer {
+        /// The heights.
+        y: Everything<Array>;
+        /// An axis or dimension whose labels are numbers.
+        x: AxisNames;
+        /// Axes that have a line and legend entry for each label.
+        by: AxisNames = Vec::<&str>::new();
+        /// The legend entry; where empty, what the spec calls `y`, or the label of `by` alone.
+        label: String = "";
+        /// `solid`, `dashed` or `thin`.
+        style: String = "solid";
+    }
+}
+
+impl Op for Curve {
+    fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
+        curves(&self.y, &self.x, &self.by, &self.label, stroke(&self.style)?)
+    }
+}
+
+/// The layer of lines of `y` along `x`, one series for each label of `by`.
+pub(super) fn curves(
+    y: &Everything<Array>,
+    x: &AxisNames,
+    by: &AxisNames,
+    label: &str,
+    stroke: Stroke,
+) -> Result<Layer, OpError> {
+    let all = arrange(y, &by.0, &x.0)?;
+    let xs = numbers(&all.inner)?;
+    let mut ascending: Vec<usize> = (0..xs.len()).collect();
+    ascending.sort_by(|&i, &j| xs[i].total_cmp(&xs[j]));
+
+    let by_labels = labels(&all.outer);
+    let per_label = all.cells.chunks(all.cells.len() / by_labels.len());
+    let single = all.rest.is_empty();
+    let series = by_labels.iter().zip(per_label).map(|(coordinate, cells)| {
+        let mut marks = Vec::new();
+        for line in cells.chunks(xs.len()) {
+            let edges = |i: usize| line[i].interval.map_or((f64::NAN, f64::NAN), |ends| ends);
+            let band = ascending.iter().map(|&i| (xs[i], edges(i).0, edges(i).1)).collect();
+            if single && line.iter().any(|cell| cell.interval.is_some()) {
+                marks.push(Mark::Band(band));
+            }
+            let points = ascending.iter().map(|&i| (xs[i], line[i].mean)).collect();
+            marks.push(Mark::Line(if single { stroke } else { Stroke::Thin }, points));
+        }
+        Series { label: entry(label, &all.name, coordinate), marks }
+    });
+    Ok(Layer { series: series.collect(), x_label: names(&all.inner), y_label: all.name.clone() })
+}
+
+fn stroke(style: &str) -> Result<Stroke, OpError> {
+    match style {
+        "solid" => Ok(Stroke::Solid),
+        "dashed" => Ok(Stroke::Dashed),
+        "thin" => Ok(Stroke::Thin),
+        _ => {
+            let message = format!("no style is called `{style}`: use `solid`, `dashed` or `thin`");
+            Err(OpError::Failed(message))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arrange::tests::{axes, value};
+    use super::*;
+
+    fn check(y: &Everything<Array>, by: &[&str], label: &str) -> Vec<Series> {
+        curves(y, &axes(&["x"]), &axes(by), label, Stroke::Dashed).unwrap().series
+    }
+
+    #[test]
+    fn each_label_has_a_line_in_the_order_of_x() {
+        let y = value(&[("x", &["2", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 4.0]);
+        let line = |points| vec![Mark::Line(Stroke::Dashed, points)];
+        assert_eq!(
+            check(&y, &["ke"], "g"),
+            [
+                Series { label: "g, a".into(), marks: line(vec![(1.0, 3.0), (2.0, 1.0)]) },
+                Series { label: "g, b".into(), marks: line(vec![(1.0, 4.0), (2.0, 2.0)]) },
+            ]
+        );
+    }
+
+    #[test]
+    fn seeds_give_a_band_and_members_give_thin_lines() {
+        let y = value(&[("seed", &["0", "1"]), ("x", &["0", "1"])], &[1.0, 2.0, 1.0, 2.0]);
+        let found = check(&y, &[], "");
+        assert_eq!(found[0].label, "y");
+        let band = Mark::Band(vec![(0.0, 1.0, 1.0), (1.0, 2.0, 2.0)]);
+        assert_eq!(
+            found[0].marks,
+            [band, Mark::Line(Stroke::Dashed, vec![(0.0, 1.0), (1.0, 2.0)])]
+        );
+
+        let y = value(&[("member", &["0", "1"]), ("x", &["0", "1"])], &[1.0, 2.0, 3.0, 4.0]);
+        let thin = |points| Mark::Line(Stroke::Thin, points);
+        let lines = [thin(vec![(0.0, 1.0), (1.0, 2.0)]), thin(vec![(0.0, 3.0), (1.0, 4.0)])];
+        assert_eq!(check(&y, &[], "")[0].marks, lines);
+    }
+
+    #[test]
+    fn an_unknown_style_is_an_error() {
+        let found = stroke("bold").unwrap_err().to_string();
+        assert_eq!(found, "no style is called `bold`: use `solid`, `dashed` or `thin`");
+    }
+}

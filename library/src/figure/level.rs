@@ -1,0 +1,54 @@
+//! Horizontal lines.
+
+use ivx_op::{Array, AxisNames, Ctx, Everything, Op, OpError, declare};
+
+use super::arrange::{arrange, labels};
+use super::drawing::{Mark, Series, Stroke};
+use super::layer::{Layer, entry};
+
+declare! {
+    /// Dashed lines across the plot at `y`; over `seed`, at its mean.
+    ///
+    /// What `y` also varies over gives one thin line each. A curve of the same label has the
+    /// same colour.
+    pub struct Level = "level" @ 1 -> Layer {
+        /// The heights.
+        y: Everything<Array>;
+        /// Axes that have a line and legend entry for each label.
+        by: AxisNames = Vec::<&str>::new();
+        /// The legend entry; where empty, what the spec calls `y`, or the label of `by` alone.
+        label: String = "";
+    }
+}
+
+impl Op for Level {
+    fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
+        let all = arrange(&self.y, &self.by.0, &[])?;
+        let stroke = if all.rest.is_empty() { Stroke::Dashed } else { Stroke::Thin };
+        let by_labels = labels(&all.outer);
+        let per_label = all.cells.chunks(all.cells.len() / by_labels.len());
+        let series = by_labels.iter().zip(per_label).map(|(coordinate, cells)| Series {
+            label: entry(&self.label, &all.name, coordinate),
+            marks: cells.iter().map(|cell| Mark::Level(stroke, cell.mean)).collect(),
+        });
+        Ok(Layer { series: series.collect(), ..Layer::default() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arrange::tests::{axes, value};
+    use super::*;
+
+    #[test]
+    fn each_label_has_its_mean() {
+        let y = value(&[("seed", &["0", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 6.0]);
+        let ctx = Ctx { op: "level", seed: 0, member: None };
+        let found = Level { y, by: axes(&["ke"]), label: String::new() }.run(&ctx).unwrap();
+        let line = |label: &str, y| Series {
+            label: label.into(),
+            marks: vec![Mark::Level(Stroke::Dashed, y)],
+        };
+        assert_eq!(found.series, [line("a", 2.0), line("b", 4.0)]);
+    }
+}

@@ -1,0 +1,61 @@
+//! A figure of curves alone.
+
+use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare};
+
+use super::curve::curves;
+use super::drawing::Stroke;
+use super::plot::drawing;
+use super::render::render;
+
+declare! {
+    /// A figure of `y` along `x`: short for `plot(curve(y, x: x, by: by))`.
+    pub struct Lines = "lines" @ 1 -> Figure {
+        /// The heights.
+        y: Everything<Array>;
+        /// An axis or dimension whose labels are numbers.
+        x: AxisNames;
+        /// Axes that have a line and legend entry for each label.
+        by: AxisNames = Vec::<&str>::new();
+        /// Above the panel.
+        title: String = "";
+        /// What the horizontal axis measures; where empty, the name of `x`.
+        x_label: String = "";
+        /// What the vertical axis measures; where empty, what the spec calls `y`.
+        y_label: String = "";
+    }
+}
+
+impl Op for Lines {
+    fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
+        let layer = curves(&self.y, &self.x, &self.by, "", Stroke::Solid)?;
+        Ok(render(&drawing(&[&layer], &self.title, &self.x_label, &self.y_label)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arrange::tests::{axes, value};
+    use super::*;
+
+    #[test]
+    fn axes_are_named_after_what_they_show() {
+        let lines = |by: &[&str]| Lines {
+            y: value(&[("ke", &["WCM", "MA"]), ("x", &["0", "1"])], &[1.0, 2.0, 3.0, 4.0]),
+            x: axes(&["x"]),
+            by: axes(by),
+            title: String::new(),
+            x_label: String::new(),
+            y_label: String::new(),
+        };
+        let ctx = Ctx { op: "lines", seed: 0, member: None };
+        let run = |by| lines(by).run(&ctx).unwrap().files["svg"].clone();
+        let found = run(&["ke"]);
+        for text in [">x<", ">y<", ">WCM<", ">MA<"] {
+            assert!(found.contains(text), "{text} in {found}");
+        }
+        assert_eq!(found.matches("<polyline").count(), 4);
+        // Without `by`, thin lines under the axis label alone.
+        let found = run(&[]);
+        assert_eq!((found.matches("<polyline").count(), found.contains("WCM")), (2, false));
+    }
+}

@@ -1,0 +1,114 @@
+//! Layers put together in one figure.
+
+use ivx_op::{Ctx, Everything, Figure, Many, Op, OpError, declare};
+
+use super::drawing::{Axis, Drawing};
+use super::layer::Layer;
+use super::render::render;
+use super::scale::{apart, placeable};
+
+declare! {
+    /// Layers in one figure, later ones over earlier ones.
+    ///
+    /// Series of one label share colour, marker and legend entry, whichever layer they are of.
+    pub struct Plot = "plot" @ 1 -> Figure {
+        /// What `curve`, `band`, `points` and `level` made.
+        layers: Many<Everything<Layer>>;
+        /// Above the panel.
+        title: String = "";
+        /// What the horizontal axis measures; where empty, what the first layer says that knows.
+        x_label: String = "";
+        /// What the vertical axis measures; where empty, what the first layer says that knows.
+        y_label: String = "";
+        /// The lowest and the highest `y` shown; where empty, all are.
+        y_range: Vec<f64> = Vec::<f64>::new();
+    }
+}
+
+impl Op for Plot {
+    fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
+        let layers: Vec<&Layer> = self.layers.0.iter().flat_map(|port| &port.0.values).collect();
+        let mut drawing = drawing(&layers, &self.title, &self.x_label, &self.y_label);
+        drawing.y.range = range(&self.y_range)?;
+        Ok(render(&drawing))
+    }
+}
+
+/// The layers as one drawing; empty axis labels are filled from the layers.
+pub(super) fn drawing(layers: &[&Layer], title: &str, x_label: &str, y_label: &str) -> Drawing {
+    let axis = |given: &str, of: fn(&Layer) -> &str| {
+        let mut known = layers.iter().map(|layer| of(layer)).filter(|label| !label.is_empty());
+        let label = if given.is_empty() { known.next().unwrap_or_default() } else { given };
+        Axis { label: label.to_owned(), ..Axis::default() }
+    };
+    Drawing {
+        title: title.to_owned(),
+        x: axis(x_label, |layer| &layer.x_label),
+        y: axis(y_label, |layer| &layer.y_label),
+        series: layers.iter().flat_map(|layer| layer.series.clone()).collect(),
+    }
+}
+
+fn range(ends: &[f64]) -> Result<Option<(f64, f64)>, OpError> {
+    match *ends {
+        [] => Ok(None),
+        [low, high] if [low, high].into_iter().all(placeable) && apart(low, high) => {
+            Ok(Some((low, high)))
+        }
+        _ => {
+            let message = "`y_range` takes the lowest and the highest `y`, as in `[0.0, 1.0]`";
+            Err(OpError::Failed(message.to_owned()))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::Gathered;
+
+    use super::super::drawing::{Mark, Series, Stroke};
+    use super::*;
+
+    fn plot(layers: Vec<Layer>, y_range: Vec<f64>) -> Result<String, OpError> {
+        let port =
+            |layer| Everything(Gathered { dims: vec![], values: vec![layer], name: String::new() });
+        let plot = Plot {
+            layers: Many(layers.into_iter().map(port).collect()),
+            title: "T".into(),
+            x_label: String::new(),
+            y_label: "reward".into(),
+            y_range,
+        };
+        let ctx = Ctx { op: "plot", seed: 0, member: None };
+        plot.run(&ctx).map(|figure| figure.files["svg"].clone())
+    }
+
+    fn layer(label: &str, x_label: &str, mark: Mark) -> Layer {
+        let series = vec![Series { label: label.into(), marks: vec![mark] }];
+        Layer { x_label: x_label.into(), y_label: "y".into(), series }
+    }
+
+    #[test]
+    fn layers_share_one_panel() {
+        let line = Mark::Line(Stroke::Solid, vec![(0.0, 0.0), (1.0, 8.0)]);
+        let band = Mark::Band(vec![(0.0, -1.0, 1.0), (1.0, 7.0, 9.0)]);
+        let layers =
+            || vec![layer("truth", "", line.clone()), layer("belief", "action", band.clone())];
+        let found = plot(layers(), vec![]).unwrap();
+        for text in [">T<", ">action<", ">reward<", ">truth<", ">belief<", ">8<"] {
+            assert!(found.contains(text), "{text} in {found}");
+        }
+        assert!(!found.contains(">y<"));
+        // Each once in the panel and once in the legend.
+        assert_eq!((found.matches("<polyline").count(), found.matches("<polygon").count()), (2, 2));
+        let cut = plot(layers(), vec![0.0, 0.5]).unwrap();
+        assert!(cut.contains(">0.5<") && !cut.contains(">8<"));
+    }
+
+    #[test]
+    fn a_range_has_two_ends_in_order() {
+        let bad = [&[1.0][..], &[1.0, 0.0], &[0.0, f64::NAN], &[0.0, 1.0, 2.0], &[0.0, 5e-324]];
+        assert!(bad.into_iter().all(|range| plot(vec![], range.to_vec()).is_err()));
+        assert!(plot(vec![], vec![0.0, 1.0]).is_ok());
+    }
+}

@@ -1,0 +1,276 @@
+//! Measures as a table.
+
+use ivx_op::{Array, AxisNames, Ctx, Dim, Everything, Many, Op, OpError, Table, declare};
+
+use super::arrange::{Arranged, arrange, called, labels, names};
+use super::interval::Estimate;
+
+declare! {
+    /// Measures as Markdown and CSV, one row for each label of `rows`.
+    ///
+    /// There is a column for each value, or for each label of `columns`. Over `seed`, Markdown
+    /// shows the mean ± half the width of its 95 % interval; CSV has mean, low and high, in
+    /// full precision.
+    pub struct Tabulate = "table" @ 1 -> Table {
+        /// What to show.
+        values: Many<Everything<Array>>;
+        /// Axes that have a row for each label.
+        rows: AxisNames;
+        /// Axes that have a column for each label.
+        columns: AxisNames = Vec::<&str>::new();
+        /// Digits after the point, in Markdown.
+        digits: u64 = 3, in 0.0..=17.0;
+    }
+}
+
+impl Op for Tabulate {
+    fn run(&self, _: &Ctx) -> Result<Table, OpError> {
+        let arranged = |value| {
+            arrange(value, &self.rows.0, &self.columns.0)?
+                .at_most(0, "name it in `rows` or `columns`")
+        };
+        let values: Vec<Arranged> = self.values.0.iter().map(arranged).collect::<Result<_, _>>()?;
+        let rows = same_rows(&values)?;
+        let columns = columns(&values);
+        let digits = usize::try_from(self.digits).unwrap_or(usize::MAX).min(17);
+        let files = [
+            ("csv".to_owned(), csv(rows, &columns)),
+            ("md".to_owned(), markdown(rows, &columns, digits)),
+        ];
+        Ok(Table { files: files.into() })
+    }
+}
+
+/// One column: its head and a cell for each row.
+struct Column {
+    head: String,
+    over_seed: bool,
+    cells: Vec<Estimate>,
+}
+
+fn same_rows(values: &[Arranged]) -> Result<&[Dim], OpError> {
+    let Some(first) = values.first() else {
+        return Err(OpError::Failed("a table needs a value".to_owned()));
+    };
+    match values.iter().find(|value| value.outer != first.outer) {
+        None => Ok(&first.outer),
+        Some(other) => {
+            let (a, b, rows) = (called(&first.name), called(&other.name), names(&first.outer));
+            Err(OpError::Failed(format!("{a} and {b} differ in the labels of `{rows}`")))
+        }
+    }
+}
+
+fn columns(values: &[Arranged]) -> Vec<Column> {
+    let single = values.len() == 1;
+    let mut columns = Vec::new();
+    for Arranged { name, inner, over_seed, cells, .. } in values {
+        let name = if name.is_empty() { "value" } else { name };
+        let labels = labels(inner);
+        for (i, label) in labels.iter().enumerate() {
+            let head = match (inner.is_empty(), single) {
+                (true, _) => name.to_owned(),
+                (false, true) => label.clone(),
+                (false, false) => format!("{name}, {label}"),
+            };
+            let cells = cells.iter().skip(i).step_by(labels.len()).copied().collect();
+            columns.push(Column { head, over_seed: *over_seed, cells });
+        }
+    }
+    columns
+}
+
+/// The labels of each row: one for each dimension.
+fn row_labels(rows: &[Dim]) -> Vec<Vec<String>> {
+    rows.iter().fold(vec![Vec::new()], |heads, dim| {
+        let with =
+            |head: &Vec<String>, i| head.iter().cloned().chain([dim.labels.text(i)]).collect();
+        heads.iter().flat_map(|head| (0..dim.len()).map(move |i| with(head, i))).collect()
+    })
+}
+
+fn csv(rows: &[Dim], columns: &[Column]) -> String {
+    let mut head: Vec<String> = rows.iter().map(|dim| quoted(&dim.name)).collect();
+    for Column { head: column, over_seed, .. } in columns {
+        if *over_seed {
+            head.extend(["mean", "low", "high"].map(|part| quoted(&format!("{column} {part}"))));
+        } else {
+            head.push(quoted(column));
+        }
+    }
+    let mut lines = vec![head.join(",")];
+    for (i, labels) in row_labels(rows).iter().enumerate() {
+        let mut line: Vec<String> = labels.iter().map(|label| quoted(label)).collect();
+        for column in columns {
+            let Estimate { mean, interval } = column.cells[i];
+            line.push(exact(mean));
+            if column.over_seed {
+                line.extend(
+                    interval.map_or_else(Default::default, |(low, high)| [exact(low), exact(high)]),
+                );
+            }
+        }
+        lines.push(line.join(","));
+    }
+    lines.join("\n") + "\n"
+}
+
+/// A CSV field, in quotes where it must be.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+/// The shortest text that reads back as the same number.
+fn exact(x: f64) -> String {
+    format!("{:?}", x + 0.0)
+}
+
+fn markdown(rows: &[Dim], columns: &[Column], digits: usize) -> String {
+    let heads = rows.iter().map(|dim| dim.name.as_str());
+    let mut lines: Vec<Vec<String>> =
+        vec![heads.chain(columns.iter().map(|column| column.head.as_str())).map(escaped).collect()];
+    for (i, labels) in row_labels(rows).iter().enumerate() {
+        let labels = labels.iter().map(|label| escaped(label));
+        lines.push(
+            labels.chain(columns.iter().map(|column| shown(column.cells[i], digits))).collect(),
+        );
+    }
+    let n_columns = rows.len() + columns.len();
+    let width =
+        |c: usize| lines.iter().map(|line| line[c].chars().count()).max().unwrap_or(0).max(3);
+    let widths: Vec<usize> = (0..n_columns).map(width).collect();
+
+    let rule = widths.iter().enumerate().map(|(c, width)| {
+        if c < rows.len() { "-".repeat(*width) } else { format!("{}:", "-".repeat(width - 1)) }
+    });
+    let rule: Vec<String> = rule.collect();
+    let mut out = String::new();
+    for line in lines[..1].iter().chain([&rule]).chain(&lines[1..]) {
+        for (c, (cell, width)) in line.iter().zip(&widths).enumerate() {
+            let pad = " ".repeat(width - cell.chars().count());
+            let (before, after) =
+                if c < rows.len() { ("", pad.as_str()) } else { (pad.as_str(), "") };
+            out.extend(["| ", before, cell, after, " "]);
+        }
+        out.push_str("|\n");
+    }
+    out
+}
+
+fn shown(Estimate { mean, interval }: Estimate, digits: usize) -> String {
+    let mean_text = rounded(mean, digits);
+    match interval {
+        Some((low, high)) => format!("{mean_text} ± {}", rounded((high - low) / 2.0, digits)),
+        None => mean_text,
+    }
+}
+
+/// The number with this many digits after the point, in scientific notation where that
+/// would show a small number as 0 or a large one at great length.
+fn rounded(x: f64, digits: usize) -> String {
+    let plain = format!("{x:.digits$}");
+    let vanishes = x != 0.0 && plain.parse() == Ok(0.0);
+    if vanishes || (x.is_finite() && x.abs() >= 1e9) {
+        return format!("{x:.digits$e}");
+    }
+    if x == 0.0 { format!("{:.digits$}", 0.0) } else { plain }
+}
+
+/// A Markdown cell: on one line, and without ending early.
+fn escaped(text: &str) -> String {
+    text.replace('|', "\\|").replace(['\n', '\r'], " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arrange::tests::{axes, value};
+    use super::*;
+
+    fn table(values: Vec<(&str, Everything<Array>)>, columns: &[&str]) -> Result<Table, OpError> {
+        let named = |(name, mut value): (&str, Everything<Array>)| {
+            value.0.name = name.to_owned();
+            value
+        };
+        let values = Many(values.into_iter().map(named).collect());
+        let table = Tabulate { values, rows: axes(&["ke"]), columns: axes(columns), digits: 2 };
+        table.run(&Ctx { op: "table", seed: 0, member: None })
+    }
+
+    fn check(found: &Table, md: &str, csv: &str) {
+        assert_eq!(found.files["md"], md);
+        assert_eq!(found.files["csv"], csv);
+    }
+
+    #[test]
+    fn seeds_become_a_mean_and_an_interval() {
+        // WCM: 2 ± 2.484138 as in `interval`; MA: no spread.
+        let seeds: (&str, &[&str]) = ("seed", &["0", "1", "2"]);
+        let gap = value(&[("ke", &["WCM", "MA|x"]), seeds], &[1.0, 2.0, 3.0, 0.5, 0.5, 0.5]);
+        let n = value(&[("ke", &["WCM", "MA|x"])], &[7.0, -0.001]);
+        let found = table(vec![("gap", gap), ("n", n)], &[]).unwrap();
+        let csv = found.files["csv"].clone();
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines[0], "ke,gap mean,gap low,gap high,n");
+        assert!(lines[1].starts_with("WCM,2.0,-0.48413") && lines[1].ends_with(",7.0"), "{csv}");
+        assert_eq!(lines[2], "MA|x,0.5,0.5,0.5,-0.001");
+        let md = "\
+| ke    |         gap |        n |
+| ----- | ----------: | -------: |
+| WCM   | 2.00 ± 2.48 |     7.00 |
+| MA\\|x | 0.50 ± 0.00 | -1.00e-3 |
+";
+        check(&found, md, &csv);
+    }
+
+    #[test]
+    fn an_axis_becomes_columns() {
+        let gap = value(
+            &[("task", &["a,b", "c\"d"]), ("ke", &["WCM", "MA"])],
+            &[1.0, 2.0, 3.0, f64::NAN],
+        );
+        let md = "\
+| ke  |  a,b |  c\"d |
+| --- | ---: | ---: |
+| WCM | 1.00 | 3.00 |
+| MA  | 2.00 |  NaN |
+";
+        let csv = "ke,\"a,b\",\"c\"\"d\"\nWCM,1.0,3.0\nMA,2.0,NaN\n";
+        check(&table(vec![("gap", gap)], &["task"]).unwrap(), md, csv);
+    }
+
+    #[test]
+    fn one_seed_has_no_interval() {
+        let gap = value(&[("ke", &["WCM"]), ("seed", &["0"])], &[1.0]);
+        let md = "\
+| ke  |  gap |
+| --- | ---: |
+| WCM | 1.00 |
+";
+        check(
+            &table(vec![("gap", gap)], &[]).unwrap(),
+            md,
+            "ke,gap mean,gap low,gap high\nWCM,1.0,,\n",
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_is_an_error() {
+        let check = |values, expected: &str| {
+            assert_eq!(table(values, &[]).unwrap_err().to_string(), expected);
+        };
+        let ke = value(&[("ke", &["WCM"])], &[1.0]);
+        let other = value(&[("ke", &["MA"])], &[1.0]);
+        check(vec![("a", ke), ("b", other)], "`a` and `b` differ in the labels of `ke`");
+        check(vec![], "a table needs a value");
+        let wide = value(&[("ke", &["WCM"]), ("task", &["t"])], &[1.0]);
+        check(
+            vec![("a", wide)],
+            "`a` also varies over `task`: name it in `rows` or `columns`, \
+             reduce it with `mean(.., over: task)`, or select one label",
+        );
+    }
+}
