@@ -71,10 +71,7 @@ pub fn diff(before: &Results, after: &Results, tolerance: f64) -> Vec<Change> {
     params("", &before.params, &after.params, &mut changes);
     for (name, old, new) in pairs(&before.experiments, &after.experiments) {
         let (Some(old), Some(new)) = (old, new) else {
-            changes.push(Change::Only {
-                what: format!("experiment {name}"),
-                new: new.is_some(),
-            });
+            changes.push(Change::Only { what: format!("experiment {name}"), new: new.is_some() });
             continue;
         };
         params(&format!("{name}."), &old.params, &new.params, &mut changes);
@@ -82,27 +79,20 @@ pub fn diff(before: &Results, after: &Results, tolerance: f64) -> Vec<Change> {
             let name = format!("{name}/\"{claim}\"");
             match (old, new) {
                 (Some(old), Some(new)) if old.outcome != new.outcome => {
-                    changes.push(Change::Claim {
-                        name,
-                        before: old.outcome,
-                        after: new.outcome,
-                    });
+                    changes.push(Change::Claim { name, before: old.outcome, after: new.outcome });
                 }
                 (Some(_), Some(_)) => {}
-                (_, new) => changes.push(Change::Only {
-                    what: format!("claim {name}"),
-                    new: new.is_some(),
-                }),
+                (_, new) => {
+                    changes.push(Change::Only { what: format!("claim {name}"), new: new.is_some() })
+                }
             }
         }
         for (measure, old, new) in pairs(&old.measures, &new.measures) {
             let name = format!("{name}/{measure}");
             match (old, new) {
                 (Some(old), Some(new)) => changes.extend(moved(name, old, new, tolerance)),
-                (_, new) => changes.push(Change::Only {
-                    what: format!("measure {name}"),
-                    new: new.is_some(),
-                }),
+                (_, new) => changes
+                    .push(Change::Only { what: format!("measure {name}"), new: new.is_some() }),
             }
         }
         let files = pairs(&old.figures, &new.figures).map(|f| ("figure", f));
@@ -113,19 +103,13 @@ pub fn diff(before: &Results, after: &Results, tolerance: f64) -> Vec<Change> {
             match (old, new) {
                 (Some(old), Some(new)) if old != new => changes.push(Change::File { name }),
                 (Some(_), Some(_)) => {}
-                (_, new) => changes.push(Change::Only {
-                    what: name,
-                    new: new.is_some(),
-                }),
+                (_, new) => changes.push(Change::Only { what: name, new: new.is_some() }),
             }
         }
     }
     for (node, old, new) in pairs(&before.failures, &after.failures) {
         if old.is_some() != new.is_some() {
-            changes.push(Change::Failure {
-                node: node.clone(),
-                why: new.cloned(),
-            });
+            changes.push(Change::Failure { node: node.clone(), why: new.cloned() });
         }
     }
     changes
@@ -141,17 +125,12 @@ fn params(
         let name = format!("{prefix}{name}");
         match (old, new) {
             (Some(old), Some(new)) if old != new => {
-                changes.push(Change::Param {
-                    name,
-                    before: old.clone(),
-                    after: new.clone(),
-                });
+                changes.push(Change::Param { name, before: old.clone(), after: new.clone() });
             }
             (Some(_), Some(_)) => {}
-            (_, new) => changes.push(Change::Only {
-                what: format!("param {name}"),
-                new: new.is_some(),
-            }),
+            (_, new) => {
+                changes.push(Change::Only { what: format!("param {name}"), new: new.is_some() })
+            }
         }
     }
 }
@@ -187,9 +166,7 @@ fn pairs<'a, T>(
     before: &'a BTreeMap<String, T>,
     after: &'a BTreeMap<String, T>,
 ) -> impl Iterator<Item = Pair<'a, T>> {
-    let gone_or_kept = before
-        .iter()
-        .map(|(name, old)| (name, Some(old), after.get(name)));
+    let gone_or_kept = before.iter().map(|(name, old)| (name, Some(old), after.get(name)));
     let new = after.iter().filter(|(name, _)| !before.contains_key(*name));
     gone_or_kept.chain(new.map(|(name, new)| (name, None, Some(new))))
 }
@@ -212,38 +189,18 @@ impl fmt::Display for Change {
         match self {
             Self::Only { what, new: true } => write!(f, "+ {what}"),
             Self::Only { what, new: false } => write!(f, "- {what}"),
-            Self::Param {
-                name,
-                before,
-                after,
-            } => write!(f, "~ param {name}: {before} -> {after}"),
-            Self::Measure {
-                name,
-                moved: (n, of),
-                largest: (apart, relative),
-            } => write!(
+            Self::Param { name, before, after } => write!(f, "~ param {name}: {before} -> {after}"),
+            Self::Measure { name, moved: (n, of), largest: (apart, relative) } => write!(
                 f,
                 "~ measure {name}: {n} of {of} moved, by at most {apart:.3e} ({:.2} %)",
                 relative * 100.0
             ),
             Self::Shape { name } => write!(f, "~ measure {name}: varies over something else"),
-            Self::Claim {
-                name,
-                before,
-                after,
-            } => {
-                write!(
-                    f,
-                    "! claim {name}: {} -> {}",
-                    outcome(before),
-                    outcome(after)
-                )
+            Self::Claim { name, before, after } => {
+                write!(f, "! claim {name}: {} -> {}", outcome(before), outcome(after))
             }
             Self::File { name } => write!(f, "~ {name}: looks different"),
-            Self::Failure {
-                node,
-                why: Some(why),
-            } => write!(f, "! {node} fails: {why}"),
+            Self::Failure { node, why: Some(why) } => write!(f, "! {node} fails: {why}"),
             Self::Failure { node, why: None } => write!(f, "+ {node} no longer fails"),
         }
     }
@@ -255,35 +212,22 @@ mod tests {
     use crate::results::{Claim, ExperimentResults};
 
     fn results(value: f64, outcome: Outcome, members: i64) -> Results {
-        let measure = Measure {
-            dims: Vec::new(),
-            values: vec![value],
-        };
-        let claim = Claim {
-            claim: "a < b".into(),
-            outcome: Some(outcome),
-            findings: Vec::new(),
-        };
+        let measure = Measure { dims: Vec::new(), values: vec![value] };
+        let claim = Claim { claim: "a < b".into(), outcome: Some(outcome), findings: Vec::new() };
         let experiment = ExperimentResults {
             params: [("members".into(), Setting::Int(members))].into(),
             claims: [("less".into(), claim)].into(),
             measures: [("gap".into(), measure)].into(),
             ..ExperimentResults::default()
         };
-        Results {
-            experiments: [("e".into(), experiment)].into(),
-            ..Results::default()
-        }
+        Results { experiments: [("e".into(), experiment)].into(), ..Results::default() }
     }
 
     #[test]
     fn only_what_moved_beyond_tolerance_is_told() {
         let before = results(1.0, Outcome::Holds, 8);
         assert_eq!(diff(&before, &before, 0.0), []);
-        assert_eq!(
-            diff(&before, &results(1.0 + 1e-12, Outcome::Holds, 8), 1e-9),
-            []
-        );
+        assert_eq!(diff(&before, &results(1.0 + 1e-12, Outcome::Holds, 8), 1e-9), []);
         let told: Vec<_> = diff(&before, &results(1.5, Outcome::Fails, 16), 1e-9)
             .iter()
             .map(ToString::to_string)
@@ -297,13 +241,7 @@ mod tests {
             ]
         );
         let gone = diff(&before, &Results::default(), 0.0);
-        assert_eq!(
-            gone,
-            [Change::Only {
-                what: "experiment e".into(),
-                new: false
-            }]
-        );
+        assert_eq!(gone, [Change::Only { what: "experiment e".into(), new: false }]);
     }
 
     #[test]

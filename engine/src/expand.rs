@@ -25,12 +25,7 @@ pub struct ExpandError {
 /// # Errors
 /// If a description has no value at some coordinate.
 pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
-    let mut expansion = Expansion {
-        spec,
-        registry,
-        plan: Plan::default(),
-        known: BTreeMap::new(),
-    };
+    let mut expansion = Expansion { spec, registry, plan: Plan::default(), known: BTreeMap::new() };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
     for (i, expr) in spec.exprs.iter().enumerate().filter(|(i, _)| needed[*i]) {
@@ -46,12 +41,8 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
 
 fn outputs(spec: &Spec) -> impl Iterator<Item = ExprId> {
     spec.experiments.iter().flat_map(|experiment| {
-        let groups = [
-            &experiment.measures,
-            &experiment.figures,
-            &experiment.tables,
-            &experiment.claims,
-        ];
+        let groups =
+            [&experiment.measures, &experiment.figures, &experiment.tables, &experiment.claims];
         groups.into_iter().flatten().map(|output| output.expr)
     })
 }
@@ -59,11 +50,9 @@ fn outputs(spec: &Spec) -> impl Iterator<Item = ExprId> {
 fn inputs(expr: &Expr) -> Vec<ExprId> {
     match &expr.kind {
         ExprKind::Number(_) => Vec::new(),
-        ExprKind::Op(op) => op
-            .ports
-            .iter()
-            .flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr))
-            .collect(),
+        ExprKind::Op(op) => {
+            op.ports.iter().flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr)).collect()
+        }
         ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => vec![*base],
     }
 }
@@ -90,12 +79,8 @@ struct Values {
 
 impl Values {
     fn at(&self, place: &Place) -> Source {
-        let index: usize = self
-            .axes
-            .iter()
-            .zip(&self.strides)
-            .map(|(axis, stride)| place[axis] * stride)
-            .sum();
+        let index: usize =
+            self.axes.iter().zip(&self.strides).map(|(axis, stride)| place[axis] * stride).sum();
         self.sources[index]
     }
 }
@@ -111,10 +96,8 @@ struct Expansion<'a> {
 impl Expansion<'_> {
     fn values(&mut self, expr: &Expr, known: &[Option<Values>]) -> Result<Values, ExpandError> {
         let axes: Vec<AxisId> = expr.axes.iter().copied().collect();
-        let sizes: Vec<usize> = axes
-            .iter()
-            .map(|axis| self.spec.axis(*axis).coords.len())
-            .collect();
+        let sizes: Vec<usize> =
+            axes.iter().map(|axis| self.spec.axis(*axis).coords.len()).collect();
         let mut sources = Vec::new();
         for place in places(&axes, &sizes) {
             let base = |id: &ExprId| known[id.0 as usize].as_ref().expect("inputs come first");
@@ -123,21 +106,12 @@ impl Expansion<'_> {
                     let lit = self.eval(expr, &place, |place| desc.eval(&self.spec.axes, place))?;
                     Source::Number(lit.as_f64().expect("checked to be a number"))
                 }
-                ExprKind::Pick {
-                    base: id,
-                    axis,
-                    place: coordinate,
-                } => {
+                ExprKind::Pick { base: id, axis, place: coordinate } => {
                     let mut place = place.clone();
                     place.insert(*axis, *coordinate);
                     base(id).at(&place)
                 }
-                ExprKind::Restrict {
-                    base: id,
-                    axis,
-                    restricted,
-                    places,
-                } => {
+                ExprKind::Restrict { base: id, axis, restricted, places } => {
                     let mut place = place.clone();
                     let coordinate = places[place[restricted]];
                     place.insert(*axis, coordinate);
@@ -146,11 +120,7 @@ impl Expansion<'_> {
                 ExprKind::Op(op) => Source::Node(self.node(expr, op, &place, known)?),
             });
         }
-        Ok(Values {
-            strides: strides(&sizes),
-            axes,
-            sources,
-        })
+        Ok(Values { strides: strides(&sizes), axes, sources })
     }
 
     fn eval(
@@ -159,10 +129,7 @@ impl Expansion<'_> {
         place: &Place,
         eval: impl Fn(&Place) -> Result<Lit, String>,
     ) -> Result<Lit, ExpandError> {
-        eval(place).map_err(|why| ExpandError {
-            address: self.address(expr, place),
-            why,
-        })
+        eval(place).map_err(|why| ExpandError { address: self.address(expr, place), why })
     }
 
     /// The node of one call at one place; an equal one if there is.
@@ -181,21 +148,14 @@ impl Expansion<'_> {
         let mut ports = Vec::new();
         for (name, feeds) in &op.ports {
             let feds = feeds.iter().map(|feed| {
-                let values = known[feed.expr.0 as usize]
-                    .as_ref()
-                    .expect("inputs come first");
+                let values = known[feed.expr.0 as usize].as_ref().expect("inputs come first");
                 self.fed(feed, values, place)
             });
             ports.push((name.clone(), feds.collect()));
         }
         let draw = op.stochastic.then(|| self.draw(place));
-        let step = Step {
-            address: self.address(expr, place),
-            op: op.name.clone(),
-            args,
-            ports,
-            draw,
-        };
+        let step =
+            Step { address: self.address(expr, place), op: op.name.clone(), args, ports, draw };
         let mut identity = Vec::new();
         let node_bytes = |source: &Source| match source {
             Source::Node(node) => (node.index() as u64).to_le_bytes().to_vec(),
@@ -218,31 +178,19 @@ impl Expansion<'_> {
 
     fn draw(&self, place: &Place) -> Draw {
         let role = |role: AxisRole| {
-            let found = place
-                .iter()
-                .find(move |(axis, _)| self.spec.axis(**axis).role == role);
+            let found = place.iter().find(move |(axis, _)| self.spec.axis(**axis).role == role);
             found.map(|(axis, i)| &self.spec.axis(*axis).coords[*i].value)
         };
         let whole = |lit: &Lit| {
-            if let Lit::Int(n) = lit {
-                *n
-            } else {
-                unreachable!("checked to be whole")
-            }
+            if let Lit::Int(n) = lit { *n } else { unreachable!("checked to be whole") }
         };
         let member = role(AxisRole::Member).map(|lit| whole(lit).unsigned_abs());
-        Draw {
-            seed: role(AxisRole::Seed).map_or(0, whole),
-            member,
-        }
+        Draw { seed: role(AxisRole::Seed).map_or(0, whole), member }
     }
 
     fn fed(&self, feed: &Feed, values: &Values, place: &Place) -> Fed {
-        let orders: Vec<Vec<usize>> = feed
-            .gathered
-            .iter()
-            .map(|axis| self.order(*axis, feed.labelled))
-            .collect();
+        let orders: Vec<Vec<usize>> =
+            feed.gathered.iter().map(|axis| self.order(*axis, feed.labelled)).collect();
         let sizes: Vec<usize> = orders.iter().map(Vec::len).collect();
         let mut place = place.clone();
         let mut sources = Vec::new();
@@ -252,23 +200,14 @@ impl Expansion<'_> {
             }
             sources.push(values.at(&place));
         }
-        let dims = feed
-            .gathered
-            .iter()
-            .enumerate()
-            .map(|(i, axis)| match feed.labelled {
-                true => self.labelled(*axis),
-                false => Dim::new(
-                    &format!("#{i}"),
-                    Labels::Names((0..sizes[i]).map(|j| j.to_string()).collect()),
-                ),
-            });
-        Fed {
-            dims: dims.collect(),
-            sources,
-            labelled: feed.labelled,
-            name: feed.name.clone(),
-        }
+        let dims = feed.gathered.iter().enumerate().map(|(i, axis)| match feed.labelled {
+            true => self.labelled(*axis),
+            false => Dim::new(
+                &format!("#{i}"),
+                Labels::Names((0..sizes[i]).map(|j| j.to_string()).collect()),
+            ),
+        });
+        Fed { dims: dims.collect(), sources, labelled: feed.labelled, name: feed.name.clone() }
     }
 
     /// The coordinates of an axis: as declared where labels travel, else by value.
@@ -289,20 +228,12 @@ impl Expansion<'_> {
 
     fn labelled(&self, axis: AxisId) -> Dim {
         let axis = self.spec.axis(axis);
-        let numbers: Option<Vec<f64>> = axis
-            .coords
-            .iter()
-            .map(|coord| coord.value.as_f64())
-            .collect();
+        let numbers: Option<Vec<f64>> =
+            axis.coords.iter().map(|coord| coord.value.as_f64()).collect();
         let plain = |coord: &Coord| coord.value.to_string() == coord.label;
         let labels = match numbers {
             Some(numbers) if axis.coords.iter().all(plain) => Labels::Numbers(numbers),
-            _ => Labels::Names(
-                axis.coords
-                    .iter()
-                    .map(|coord| coord.label.clone())
-                    .collect(),
-            ),
+            _ => Labels::Names(axis.coords.iter().map(|coord| coord.label.clone()).collect()),
         };
         Dim::new(&axis.name, labels)
     }
@@ -311,17 +242,10 @@ impl Expansion<'_> {
     fn family(&self, values: &Values) -> Family {
         let mut axes = values.axes.clone();
         axes.sort_by_key(|axis| &self.spec.axis(*axis).name);
-        let sizes: Vec<usize> = axes
-            .iter()
-            .map(|axis| self.spec.axis(*axis).coords.len())
-            .collect();
-        let sources = places(&axes, &sizes)
-            .map(|place| values.at(&place))
-            .collect();
-        Family {
-            dims: axes.iter().map(|axis| self.labelled(*axis)).collect(),
-            sources,
-        }
+        let sizes: Vec<usize> =
+            axes.iter().map(|axis| self.spec.axis(*axis).coords.len()).collect();
+        let sources = places(&axes, &sizes).map(|place| values.at(&place)).collect();
+        Family { dims: axes.iter().map(|axis| self.labelled(*axis)).collect(), sources }
     }
 
     /// `overoptimisation/model[seed=0]/member[3]`.
@@ -336,34 +260,25 @@ impl Expansion<'_> {
                 _ => coords.push(format!("{}={label}", axis.name)),
             }
         }
-        let coords = if coords.is_empty() {
-            String::new()
-        } else {
-            format!("[{}]", coords.join(","))
-        };
+        let coords =
+            if coords.is_empty() { String::new() } else { format!("[{}]", coords.join(",")) };
         format!("{}{coords}{member}", expr.address)
     }
 
     /// The description without the numbers of members, which no node knows.
     fn without_members(&self, lit: &Lit) -> Lit {
         match lit {
-            Lit::List(items) => Lit::List(
-                items
-                    .iter()
-                    .map(|item| self.without_members(item))
-                    .collect(),
-            ),
+            Lit::List(items) => {
+                Lit::List(items.iter().map(|item| self.without_members(item)).collect())
+            }
             Lit::Part(part) => {
                 let mut part = part.clone();
                 if let Some(decl) = self.registry.decl(&part.name) {
                     part.args.retain(|name, _| {
-                        decl.arg(name)
-                            .is_none_or(|arg| arg.kind != ArgKind::Members)
+                        decl.arg(name).is_none_or(|arg| arg.kind != ArgKind::Members)
                     });
                 }
-                part.args
-                    .values_mut()
-                    .for_each(|arg| *arg = self.without_members(arg));
+                part.args.values_mut().for_each(|arg| *arg = self.without_members(arg));
                 Lit::Part(part)
             }
             other => other.clone(),

@@ -76,10 +76,7 @@ pub(crate) fn walk(
 ) {
     let version = |name: &str| registry.decl(name).map_or(0, |decl| decl.version);
     sink.item("format", FORMAT.as_bytes());
-    sink.item(
-        "op",
-        format!("{}@{}", step.op, version(&step.op)).as_bytes(),
-    );
+    sink.item("op", format!("{}@{}", step.op, version(&step.op)).as_bytes());
     for (name, lit) in &step.args {
         walk_lit(&format!("arg.{name}"), lit, &version, sink);
     }
@@ -95,10 +92,7 @@ pub(crate) fn walk(
                     Labels::Numbers(xs) => format!(" {xs:?}"),
                     Labels::Names(names) => format!(" {names:?}"),
                 };
-                sink.item(
-                    "axis",
-                    format!("{} {}{labels}", dim.name, dim.len()).as_bytes(),
-                );
+                sink.item("axis", format!("{} {}{labels}", dim.name, dim.len()).as_bytes());
             }
             for source in &fed.sources {
                 sink.item("input", &input(source));
@@ -107,9 +101,7 @@ pub(crate) fn walk(
     }
     if let Some(draw) = step.draw {
         sink.item("seed", draw.seed.to_string().as_bytes());
-        let member = draw
-            .member
-            .map_or_else(|| "none".to_owned(), |member| member.to_string());
+        let member = draw.member.map_or_else(|| "none".to_owned(), |member| member.to_string());
         sink.item("member", member.as_bytes());
     }
 }
@@ -123,10 +115,7 @@ fn walk_lit(path: &str, lit: &Lit, version: &impl Fn(&str) -> u32, sink: &mut im
             }
         }
         Lit::Part(part) => {
-            sink.item(
-                path,
-                format!("{}@{}", part.name, version(&part.name)).as_bytes(),
-            );
+            sink.item(path, format!("{}@{}", part.name, version(&part.name)).as_bytes());
             for (name, value) in &part.args {
                 walk_lit(&format!("{path}.{name}"), value, version, sink);
             }
@@ -154,10 +143,7 @@ mod tests {
             op: "toy".into(),
             args: Args::from([("ke".into(), Part::new("cvar").with("alpha", 0.1).into())]),
             ports: vec![("x".into(), vec![fed])],
-            draw: Some(Draw {
-                seed: 3,
-                member: None,
-            }),
+            draw: Some(Draw { seed: 3, member: None }),
         }
     }
 
@@ -191,16 +177,7 @@ mod tests {
         assert_ne!(changed(&|s| s.op = "tox".into()), base);
         assert_ne!(changed(&|s| s.args.clear()), base);
         assert_ne!(changed(&|s| s.draw = None), base);
-        assert_ne!(
-            changed(&|s| s.draw = Some(Draw {
-                seed: 3,
-                member: Some(0)
-            })),
-            base
-        );
-        assert_ne!(
-            changed(&|s| s.ports[0].1[0].sources[0] = Source::Number(0.25)),
-            base
-        );
+        assert_ne!(changed(&|s| s.draw = Some(Draw { seed: 3, member: Some(0) })), base);
+        assert_ne!(changed(&|s| s.ports[0].1[0].sources[0] = Source::Number(0.25)), base);
     }
 }

@@ -73,9 +73,6 @@ pub struct Family {
 impl Step {
     /// The sources of all ports, in order.
     pub fn sources(&self) -> impl Iterator<Item = Source> {
-        self.ports
-            .iter()
-            .flat_map(|(_, feds)| feds)
-            .flat_map(|fed| fed.sources.iter().copied())
+        self.ports.iter().flat_map(|(_, feds)| feds).flat_map(|fed| fed.sources.iter().copied())
     }
 }

@@ -92,13 +92,7 @@ pub struct Report {
 pub fn wanted(plan: &Plan) -> BTreeSet<NodeIndex> {
     let sources = plan.outputs.values().flat_map(|family| &family.sources);
     sources
-        .filter_map(|source| {
-            if let Source::Node(node) = source {
-                Some(*node)
-            } else {
-                None
-            }
-        })
+        .filter_map(|source| if let Source::Node(node) = source { Some(*node) } else { None })
         .collect()
 }
 
@@ -110,11 +104,7 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     results.format = 1;
     results.spec = name.to_owned();
     results.profile.clone_from(&spec.profile);
-    results.params = spec
-        .params
-        .iter()
-        .map(|(name, lit)| (name.clone(), setting(lit)))
-        .collect();
+    results.params = spec.params.iter().map(|(name, lit)| (name.clone(), setting(lit))).collect();
     for experiment in &spec.experiments {
         let mut found = ExperimentResults {
             params: experiment
@@ -126,9 +116,7 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
         };
         for measure in &experiment.measures {
             let family = &plan.outputs[&measure.expr];
-            found
-                .measures
-                .insert(measure.name.clone(), self::measure(family, outcome));
+            found.measures.insert(measure.name.clone(), self::measure(family, outcome));
         }
         for figure in &experiment.figures {
             let files = rendered(plan, outcome, figure, Figure::decode).map(|figure| figure.files);
@@ -139,10 +127,9 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
         }
         for table in &experiment.tables {
             let files = rendered(plan, outcome, table, Table::decode).map(|table| table.files);
-            found.tables.insert(
-                table.name.clone(),
-                keep("tables", &table.name, files, &mut report.files),
-            );
+            found
+                .tables
+                .insert(table.name.clone(), keep("tables", &table.name, files, &mut report.files));
         }
         for claim in &experiment.claims {
             let verdict = rendered(plan, outcome, claim, ivx_op::Verdict::decode);
@@ -183,20 +170,11 @@ fn bytes(source: &Source, outcome: &Outcome) -> Option<Arc<[u8]>> {
 fn measure(family: &Family, outcome: &Outcome) -> Measure {
     let decode = |source| bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
     let values: Option<Vec<Array>> = family.sources.iter().map(decode).collect();
-    let gathered = values.map(|values| Gathered {
-        dims: family.dims.clone(),
-        values,
-        name: String::new(),
-    });
+    let gathered =
+        values.map(|values| Gathered { dims: family.dims.clone(), values, name: String::new() });
     match gathered.map(|gathered| Array::stack(&gathered)) {
-        Some(Ok(array)) => Measure {
-            dims: array.dims,
-            values: array.values,
-        },
-        _ => Measure {
-            dims: family.dims.clone(),
-            values: Vec::new(),
-        },
+        Some(Ok(array)) => Measure { dims: array.dims, values: array.values },
+        _ => Measure { dims: family.dims.clone(), values: Vec::new() },
     }
 }
 
@@ -219,13 +197,7 @@ fn keep(
 ) -> BTreeMap<String, String> {
     let safe: String = name
         .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || "._-".contains(c) {
-                c
-            } else {
-                '_'
-            }
-        })
+        .map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' })
         .collect();
     let mut digests = BTreeMap::new();
     for (extension, text) in files.unwrap_or_default() {

@@ -112,15 +112,11 @@ pub fn schedule(
     wanted: &BTreeSet<NodeIndex>,
     listen: &mut dyn Listen,
 ) -> Result<Outcome, CacheError> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.jobs.max(1))
-        .build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs.max(1)).build();
     let pool = pool.expect("the system starts threads");
     let (sender, receiver) = mpsc::channel();
     let mut run = Run::new(plan, registry, cache, options, listen);
-    run.listen.event(Event::Planned {
-        nodes: plan.graph.node_count(),
-    });
+    run.listen.event(Event::Planned { nodes: plan.graph.node_count() });
     pool.in_place_scope(|scope| {
         run.begin();
         loop {
@@ -131,10 +127,7 @@ pub fn schedule(
         }
         run.cache.sync()
     })?;
-    Ok(Outcome {
-        nodes: run.nodes,
-        values: run.values,
-    })
+    Ok(Outcome { nodes: run.nodes, values: run.values })
 }
 
 struct Run<'a> {
@@ -170,10 +163,8 @@ impl<'a> Run<'a> {
         listen: &'a mut dyn Listen,
     ) -> Self {
         let n = plan.graph.node_count();
-        let waiting = plan
-            .graph
-            .node_indices()
-            .map(|i| plan.graph.neighbors_directed(i, Incoming).count());
+        let waiting =
+            plan.graph.node_indices().map(|i| plan.graph.neighbors_directed(i, Incoming).count());
         Self {
             plan,
             registry,
@@ -207,22 +198,14 @@ impl<'a> Run<'a> {
     }
 
     fn versioned(&self, step: &Step) -> String {
-        format!(
-            "{}@{}",
-            step.op,
-            self.registry.decl(&step.op).map_or(0, |decl| decl.version)
-        )
+        format!("{}@{}", step.op, self.registry.decl(&step.op).map_or(0, |decl| decl.version))
     }
 
     fn digest(&self, source: &Source) -> Digest {
         match source {
             Source::Number(x) => number_digest(*x),
             Source::Node(node) => {
-                self.nodes[node.index()]
-                    .output
-                    .as_ref()
-                    .expect("inputs come first")
-                    .digest
+                self.nodes[node.index()].output.as_ref().expect("inputs come first").digest
             }
         }
     }
@@ -235,9 +218,7 @@ impl<'a> Run<'a> {
             self.nodes[node.index()].key = Some(key);
             match self.cache.lookup(&key).map(|record| record.output.clone()) {
                 Some(output) if !self.forced.contains_key(&node) => {
-                    self.listen.event(Event::Hit {
-                        address: &self.step(node).address,
-                    });
+                    self.listen.event(Event::Hit { address: &self.step(node).address });
                     todo.extend(self.done(node, output, Fate::Hit));
                 }
                 _ => self.enqueue(node),
@@ -249,8 +230,7 @@ impl<'a> Run<'a> {
         if self.priority.is_empty() {
             self.priority = self.priorities();
         }
-        self.runnable
-            .push((self.priority[node.index()], Reverse(node)));
+        self.runnable.push((self.priority[node.index()], Reverse(node)));
     }
 
     /// Longest paths to the end, with durations learned from earlier runs.
@@ -279,11 +259,8 @@ impl<'a> Run<'a> {
         slot.fate = fate;
         let mut ready = Vec::new();
         let waiters = self.forced.remove(&node).unwrap_or_default();
-        let next: Vec<_> = if first {
-            self.plan.graph.neighbors(node).collect()
-        } else {
-            Vec::new()
-        };
+        let next: Vec<_> =
+            if first { self.plan.graph.neighbors(node).collect() } else { Vec::new() };
         for next in next.into_iter().chain(waiters) {
             let waiting = &mut self.waiting[next.index()];
             *waiting -= 1;
@@ -315,11 +292,7 @@ impl<'a> Run<'a> {
             if self.running == 0 && (self.elsewhere.is_empty() || self.stopped) {
                 return Ok(());
             }
-            match receiver.recv_timeout(if self.elsewhere.is_empty() {
-                SYNC
-            } else {
-                POLL
-            }) {
+            match receiver.recv_timeout(if self.elsewhere.is_empty() { SYNC } else { POLL }) {
                 Ok(message) => self.receive(message)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => unreachable!("a sender lives here"),
@@ -354,9 +327,7 @@ impl<'a> Run<'a> {
         let known = self.cache.lookup(&key).map(|record| record.output.clone());
         if let (Some(output), false) = (known, self.forced.contains_key(&node)) {
             drop(lock);
-            self.listen.event(Event::Hit {
-                address: &step.address,
-            });
+            self.listen.event(Event::Hit { address: &step.address });
             for next in self.done(node, output, Fate::Hit) {
                 self.resolve(next);
             }
@@ -364,20 +335,14 @@ impl<'a> Run<'a> {
         }
         let op = self.versioned(step);
         let expected_millis = self.cache.hints().expected_millis(&op);
-        self.listen.event(Event::Started {
-            address: &step.address,
-            expected_millis,
-        });
+        self.listen.event(Event::Started { address: &step.address, expected_millis });
         self.running += 1;
         let outputs: BTreeMap<NodeIndex, Output> = step
             .sources()
             .filter_map(|source| match source {
                 Source::Node(input) => Some((
                     input,
-                    self.nodes[input.index()]
-                        .output
-                        .clone()
-                        .expect("inputs come first"),
+                    self.nodes[input.index()].output.clone().expect("inputs come first"),
                 )),
                 Source::Number(_) => None,
             })
@@ -386,23 +351,13 @@ impl<'a> Run<'a> {
         scope.spawn(move |_| {
             let result = execute(step, registry, &objects, &outputs);
             // The receiver is gone only when the run ended with an error.
-            let _ = sender.send(Message {
-                node,
-                key,
-                lock,
-                result,
-            });
+            let _ = sender.send(Message { node, key, lock, result });
         });
         Ok(())
     }
 
     fn receive(&mut self, message: Message) -> Result<(), CacheError> {
-        let Message {
-            node,
-            key,
-            lock,
-            result,
-        } = message;
+        let Message { node, key, lock, result } = message;
         self.running -= 1;
         let step = self.step(node);
         match result {
@@ -440,11 +395,7 @@ impl<'a> Run<'a> {
                     self.resolve(next);
                 }
                 let left_millis = self.left_millis();
-                self.listen.event(Event::Finished {
-                    address: &step.address,
-                    millis,
-                    left_millis,
-                });
+                self.listen.event(Event::Finished { address: &step.address, millis, left_millis });
             }
             Err(Problem::Missing(inputs)) => {
                 self.waiting[node.index()] += inputs.len();
@@ -460,10 +411,7 @@ impl<'a> Run<'a> {
 
     /// Runs a known node again, since its bytes are gone.
     fn force(&mut self, node: NodeIndex, waiter: Option<NodeIndex>) {
-        let what = format!(
-            "the bytes of {} are gone: it runs again",
-            self.step(node).address
-        );
+        let what = format!("the bytes of {} are gone: it runs again", self.step(node).address);
         let waiters = self.forced.entry(node).or_insert_with(|| {
             self.listen.event(Event::Noted { what });
             self.runnable.push((u64::MAX, Reverse(node)));
@@ -486,13 +434,8 @@ impl<'a> Run<'a> {
 
     /// Notes a failure, and skips what depends on it.
     fn fail(&mut self, node: NodeIndex, why: &str) {
-        self.listen.event(Event::Failed {
-            address: &self.step(node).address,
-            why,
-        });
-        self.nodes[node.index()].fate = Fate::Failed {
-            why: why.to_owned(),
-        };
+        self.listen.event(Event::Failed { address: &self.step(node).address, why });
+        self.nodes[node.index()].fate = Fate::Failed { why: why.to_owned() };
         self.nodes[node.index()].output = None;
         self.stopped |= self.options.fail_fast;
         let cause = node;
@@ -553,10 +496,7 @@ fn execute(
         Source::Node(node) => Arc::clone(&bytes[node]),
         Source::Number(x) => Array::scalar(*x).encode().into(),
     };
-    let mut call = Call {
-        args: step.args.clone(),
-        ports: BTreeMap::new(),
-    };
+    let mut call = Call { args: step.args.clone(), ports: BTreeMap::new() };
     for (name, feds) in &step.ports {
         let gathered = feds.iter().map(|fed| Gathered {
             dims: fed.dims.clone(),
@@ -565,18 +505,9 @@ fn execute(
         });
         call.ports.insert(name.clone(), gathered.collect());
     }
-    let decl = registry
-        .decl(&step.op)
-        .expect("checked programs name known operations");
-    let draw = step.draw.unwrap_or(Draw {
-        seed: 0,
-        member: None,
-    });
-    let ctx = Ctx {
-        op: decl.name,
-        seed: draw.seed,
-        member: draw.member,
-    };
+    let decl = registry.decl(&step.op).expect("checked programs name known operations");
+    let draw = step.draw.unwrap_or(Draw { seed: 0, member: None });
+    let ctx = Ctx { op: decl.name, seed: draw.seed, member: draw.member };
     let started = Instant::now();
     let result = catch_unwind(AssertUnwindSafe(|| registry.run(&step.op, &call, &ctx)));
     let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
@@ -584,10 +515,7 @@ fn execute(
         Ok(Ok(bytes)) => bytes,
         Ok(Err(error)) => return Err(Problem::Failed(error.to_string())),
         Err(panic) => {
-            return Err(Problem::Failed(format!(
-                "panicked: {}",
-                panic_text(&*panic)
-            )));
+            return Err(Problem::Failed(format!("panicked: {}", panic_text(&*panic))));
         }
     };
     let output = objects.put(&bytes).map_err(Problem::Cache)?;

@@ -134,16 +134,8 @@ impl Diagnostic {
         message: impl Into<String>,
         label: impl Into<String>,
     ) -> Self {
-        let labels = vec![Label {
-            span,
-            text: label.into(),
-        }];
-        Self {
-            code,
-            message: message.into(),
-            labels,
-            help: None,
-        }
+        let labels = vec![Label { span, text: label.into() }];
+        Self { code, message: message.into(), labels, help: None }
     }
 
     /// The same, with advice.
@@ -163,10 +155,7 @@ impl Diagnostic {
     /// The same, with a second place.
     #[must_use]
     pub fn also(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label {
-            span,
-            text: text.into(),
-        });
+        self.labels.push(Label { span, text: text.into() });
         self
     }
 }

@@ -243,9 +243,7 @@ impl Desc {
             Self::Lit(_) | Self::Axis(_) => self.clone(),
             Self::List(items) => Self::List(items.iter().map(|i| i.replace(axis, with)).collect()),
             Self::Part(name, args) => {
-                let args = args
-                    .iter()
-                    .map(|(arg, value)| (arg.clone(), value.replace(axis, with)));
+                let args = args.iter().map(|(arg, value)| (arg.clone(), value.replace(axis, with)));
                 Self::Part(name.clone(), args.collect())
             }
             Self::Binary(op, left, right) => {
@@ -268,15 +266,10 @@ impl Desc {
             Self::Lit(lit) => lit.clone(),
             Self::Axis(axis) => axes[axis.0 as usize].coords[place[axis]].value.clone(),
             Self::List(items) => Lit::List(
-                items
-                    .iter()
-                    .map(|item| item.eval(axes, place))
-                    .collect::<Result<_, _>>()?,
+                items.iter().map(|item| item.eval(axes, place)).collect::<Result<_, _>>()?,
             ),
             Self::Part(name, args) => {
-                let args = args
-                    .iter()
-                    .map(|(arg, v)| Ok((arg.clone(), v.eval(axes, place)?)));
+                let args = args.iter().map(|(arg, v)| Ok((arg.clone(), v.eval(axes, place)?)));
                 Lit::Part(Part {
                     name: name.clone(),
                     args: args.collect::<Result<Args, String>>()?,
@@ -308,18 +301,13 @@ fn arithmetic(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
             BinaryOp::Mul => a.checked_mul(*b),
             _ => return real(op, left, right),
         };
-        return whole
-            .map(Lit::Int)
-            .ok_or_else(|| format!("{a} {} {b} overflows", op.symbol()));
+        return whole.map(Lit::Int).ok_or_else(|| format!("{a} {} {b} overflows", op.symbol()));
     }
     real(op, left, right)
 }
 
 fn real(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
-    let (a, b) = (
-        left.as_f64().expect("a number"),
-        right.as_f64().expect("a number"),
-    );
+    let (a, b) = (left.as_f64().expect("a number"), right.as_f64().expect("a number"));
     let value = match op {
         BinaryOp::Add => a + b,
         BinaryOp::Sub => a - b,
@@ -337,41 +325,23 @@ mod tests {
 
     #[test]
     fn a_description_is_evaluated_at_a_place() {
-        let coords = [2, 3]
-            .map(|n| Coord {
-                label: n.to_string(),
-                value: Lit::Int(n),
-            })
-            .to_vec();
-        let axes = [Axis {
-            name: "n".into(),
-            role: AxisRole::Plain,
-            coords,
-        }];
+        let coords = [2, 3].map(|n| Coord { label: n.to_string(), value: Lit::Int(n) }).to_vec();
+        let axes = [Axis { name: "n".into(), role: AxisRole::Plain, coords }];
         let n = Desc::Axis(AxisId(0));
         let sum = Desc::Binary(BinaryOp::Add, Box::new(n), Box::new(Desc::Lit(Lit::Int(4))));
         let desc = Desc::Widen(Box::new(Desc::List(vec![sum])));
         let place = Place::from([(AxisId(0), 1)]);
-        assert_eq!(
-            desc.eval(&axes, &place),
-            Ok(Lit::List(vec![Lit::Real(7.0)]))
-        );
+        assert_eq!(desc.eval(&axes, &place), Ok(Lit::List(vec![Lit::Real(7.0)])));
         let picked = desc.replace(AxisId(0), &Desc::Lit(Lit::Int(2)));
         assert!(picked.axes().is_empty());
-        assert_eq!(
-            picked.eval(&axes, &Place::new()),
-            Ok(Lit::List(vec![Lit::Real(6.0)]))
-        );
+        assert_eq!(picked.eval(&axes, &Place::new()), Ok(Lit::List(vec![Lit::Real(6.0)])));
     }
 
     #[test]
     fn arithmetic_without_a_result_is_an_error() {
         let check = |op, a: Lit, b: Lit| arithmetic(op, &a, &b);
         assert_eq!(check(BinaryOp::Sub, 6.into(), 8.into()), Ok(Lit::Int(-2)));
-        assert_eq!(
-            check(BinaryOp::Div, 1.into(), 4.into()),
-            Ok(Lit::Real(0.25))
-        );
+        assert_eq!(check(BinaryOp::Div, 1.into(), 4.into()), Ok(Lit::Real(0.25)));
         assert!(check(BinaryOp::Div, 1.into(), 0.into()).is_err());
         assert!(check(BinaryOp::Mul, i64::MAX.into(), 2.into()).is_err());
     }

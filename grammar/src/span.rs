@@ -15,10 +15,7 @@ impl Span {
     /// From the start of `self` to the end of `other`.
     #[must_use]
     pub fn to(self, other: Self) -> Self {
-        Self {
-            end: other.end,
-            ..self
-        }
+        Self { end: other.end, ..self }
     }
 }
 

@@ -7,10 +7,7 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     let mut known: Vec<&str> = known.into_iter().collect();
     known.sort_unstable();
     known.dedup();
-    let near = known
-        .iter()
-        .map(|other| (strsim::damerau_levenshtein(name, other), *other))
-        .min();
+    let near = known.iter().map(|other| (strsim::damerau_levenshtein(name, other), *other)).min();
     match near {
         Some((distance, other)) if distance <= (name.chars().count() / 3).max(1) => {
             Some(format!("did you mean `{other}`?"))
@@ -30,10 +27,7 @@ mod tests {
     #[test]
     fn the_nearest_name_is_suggested() {
         let known = ["argmax", "argmin", "sample"];
-        assert_eq!(
-            suggest("agrmax", known).as_deref(),
-            Some("did you mean `argmax`?")
-        );
+        assert_eq!(suggest("agrmax", known).as_deref(), Some("did you mean `argmax`?"));
         assert_eq!(
             suggest("zzz", known).as_deref(),
             Some("known here: `argmax`, `argmin`, `sample`")

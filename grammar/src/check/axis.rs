@@ -29,16 +29,8 @@ impl<'a> Checker<'a> {
         }
         let coords = self.coords(scope, name, values);
         let id = coords.map(|coords| {
-            let role = if name.value == SEED {
-                AxisRole::Seed
-            } else {
-                AxisRole::Plain
-            };
-            self.push_axis(Axis {
-                name: name.value.clone(),
-                role,
-                coords,
-            })
+            let role = if name.value == SEED { AxisRole::Seed } else { AxisRole::Plain };
+            self.push_axis(Axis { name: name.value.clone(), role, coords })
         });
         self.axes.insert(declared, id);
         id
@@ -54,17 +46,8 @@ impl<'a> Checker<'a> {
         if let Some(known) = self.members.get(&n) {
             return *known;
         }
-        let coords = (0..n)
-            .map(|i| Coord {
-                label: i.to_string(),
-                value: Lit::Int(i),
-            })
-            .collect();
-        let id = self.push_axis(Axis {
-            name: MEMBER.to_owned(),
-            role: AxisRole::Member,
-            coords,
-        });
+        let coords = (0..n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect();
+        let id = self.push_axis(Axis { name: MEMBER.to_owned(), role: AxisRole::Member, coords });
         self.members.insert(n, id);
         id
     }
@@ -96,53 +79,27 @@ impl<'a> Checker<'a> {
                     return None;
                 };
                 let label = |lit: &Lit| {
-                    if let Lit::Text(text) = lit {
-                        text.clone()
-                    } else {
-                        lit.to_string()
-                    }
+                    if let Lit::Text(text) = lit { text.clone() } else { lit.to_string() }
                 };
-                items
-                    .into_iter()
-                    .map(|value| Coord {
-                        label: label(&value),
-                        value,
-                    })
-                    .collect()
+                items.into_iter().map(|value| Coord { label: label(&value), value }).collect()
             }
         };
         let mut labels = BTreeSet::new();
         if let Some(again) = coords.iter().find(|coord| !labels.insert(&coord.label)) {
             let message = format!("axis `{}` has `{}` twice", name.value, again.label);
-            self.fault(Diagnostic::new(
-                Code::Axis,
-                name.span,
-                message,
-                "labels must differ",
-            ));
+            self.fault(Diagnostic::new(Code::Axis, name.span, message, "labels must differ"));
             return None;
         }
         if coords.is_empty() {
             let message = format!("axis `{}` has no coordinates", name.value);
-            self.fault(Diagnostic::new(
-                Code::Axis,
-                name.span,
-                message,
-                "nothing to vary over",
-            ));
+            self.fault(Diagnostic::new(Code::Axis, name.span, message, "nothing to vary over"));
             return None;
         }
-        if let (SEED, Some(odd)) = (
-            name.value.as_str(),
-            coords.iter().find(|c| !matches!(c.value, Lit::Int(_))),
-        ) {
+        if let (SEED, Some(odd)) =
+            (name.value.as_str(), coords.iter().find(|c| !matches!(c.value, Lit::Int(_))))
+        {
             let message = format!("seeds are whole numbers, found {}", odd.value);
-            self.fault(Diagnostic::new(
-                Code::Axis,
-                name.span,
-                message,
-                "not a whole number",
-            ));
+            self.fault(Diagnostic::new(Code::Axis, name.span, message, "not a whole number"));
             return None;
         }
         Some(coords)
@@ -168,20 +125,10 @@ impl<'a> Checker<'a> {
         let (low_n, high_n) = (bound(low)?, bound(high)?);
         let n = usize::try_from(high_n.saturating_sub(low_n).max(0)).unwrap_or(usize::MAX);
         if n > MAX_NODES {
-            self.outgrown(
-                format!("the axis has {n} coordinates"),
-                low.span.to(high.span),
-            );
+            self.outgrown(format!("the axis has {n} coordinates"), low.span.to(high.span));
             return None;
         }
-        Some(
-            (low_n..high_n)
-                .map(|i| Coord {
-                    label: i.to_string(),
-                    value: Lit::Int(i),
-                })
-                .collect(),
-        )
+        Some((low_n..high_n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect())
     }
 
     fn labelled(
@@ -189,10 +136,8 @@ impl<'a> Checker<'a> {
         scope: usize,
         entries: &'a [(Spanned<String>, Expr)],
     ) -> Option<Vec<Coord>> {
-        let values: Vec<_> = entries
-            .iter()
-            .map(|(_, expr)| (self.known_before(scope, expr), expr.span))
-            .collect();
+        let values: Vec<_> =
+            entries.iter().map(|(_, expr)| (self.known_before(scope, expr), expr.span)).collect();
         let typed = values.iter().map(|(value, span)| match value {
             Val::Desc(Desc::Lit(lit), ty) => Some((lit.clone(), ty.clone(), *span)),
             _ => None,
@@ -216,30 +161,20 @@ impl<'a> Checker<'a> {
                 }
             }
         }
-        let coords = entries
-            .iter()
-            .zip(typed)
-            .map(|((label, _), (value, ty, _))| {
-                let fits = fit(&joined, &ty);
-                let Desc::Lit(value) = coerce(
-                    Desc::Lit(value),
-                    if fits == Fit::No { Fit::Same } else { fits },
-                ) else {
-                    unreachable!("coercing a literal gives a literal")
-                };
-                Coord {
-                    label: label.value.clone(),
-                    value,
-                }
-            });
+        let coords = entries.iter().zip(typed).map(|((label, _), (value, ty, _))| {
+            let fits = fit(&joined, &ty);
+            let Desc::Lit(value) =
+                coerce(Desc::Lit(value), if fits == Fit::No { Fit::Same } else { fits })
+            else {
+                unreachable!("coercing a literal gives a literal")
+            };
+            Coord { label: label.value.clone(), value }
+        });
         Some(coords.collect())
     }
 
     /// What stands for an axis in expressions: its value at each coordinate.
     pub(super) fn axis_value(&self, id: AxisId) -> Val {
-        Val::Desc(
-            Desc::Axis(id),
-            self.type_of(&self.spec.axis(id).coords[0].value),
-        )
+        Val::Desc(Desc::Axis(id), self.type_of(&self.spec.axis(id).coords[0].value))
     }
 }

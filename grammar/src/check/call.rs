@@ -31,11 +31,7 @@ impl<'a> Checker<'a> {
             return self.collect(at, args, span);
         }
         if let Some((scope, item)) = self.scopes.find(at.scope, &name.value)
-            && let ItemKind::Let {
-                name: own,
-                params: Some(params),
-                value,
-            } = &item.kind
+            && let ItemKind::Let { name: own, params: Some(params), value } = &item.kind
         {
             return self.function(at, (scope, own), params, value, args, span);
         }
@@ -58,17 +54,10 @@ impl<'a> Checker<'a> {
             let found = self.scopes.find(at.scope, known);
             matches!(found, Some((_, item)) if matches!(item.kind, ItemKind::Let { params: Some(_), .. }))
         });
-        let known: Vec<&str> = self
-            .registry
-            .decls()
-            .map(|decl| decl.name)
-            .chain(functions)
-            .collect();
+        let known: Vec<&str> =
+            self.registry.decls().map(|decl| decl.name).chain(functions).collect();
         let help = match value {
-            true => Some(format!(
-                "`{}` is a value: use it without parentheses",
-                name.value
-            )),
+            true => Some(format!("`{}` is a value: use it without parentheses", name.value)),
             false => suggest(&name.value, known)
                 .or_else(|| Some("`ivx ops` lists what there is".to_owned())),
         };
@@ -92,10 +81,7 @@ impl<'a> Checker<'a> {
             let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
             return self.fault(fault.also(name.span, "defined here"));
         }
-        let names: Vec<&str> = params
-            .iter()
-            .map(|param| param.name.value.as_str())
-            .collect();
+        let names: Vec<&str> = params.iter().map(|param| param.name.value.as_str()).collect();
         let Some(mut given) = self.place_args(&name.value, &names, args) else {
             return Val::Poison;
         };
@@ -103,10 +89,9 @@ impl<'a> Checker<'a> {
         for (param, given) in params.iter().zip(&mut given) {
             let (value, value_span) = match (given.take(), &param.default) {
                 (Some(expr), _) => (self.expr(at, expr), expr.span),
-                (None, Some(default)) => (
-                    self.expr(&At::new(scope, at.address.clone()), default),
-                    default.span,
-                ),
+                (None, Some(default)) => {
+                    (self.expr(&At::new(scope, at.address.clone()), default), default.span)
+                }
                 (None, None) => {
                     let message = format!(
                         "`{}` needs `{}: {}`",
@@ -123,11 +108,7 @@ impl<'a> Checker<'a> {
             locals.insert(param.name.value.clone(), value);
         }
         self.active.push(id);
-        let inner = At {
-            scope,
-            locals: Rc::new(locals),
-            address: at.inside(&name.value).address,
-        };
+        let inner = At { scope, locals: Rc::new(locals), address: at.inside(&name.value).address };
         let value = self.expr(&inner, body);
         self.active.pop();
         value
@@ -142,11 +123,8 @@ impl<'a> Checker<'a> {
             if found == wanted || (wanted == "Scalar" && found == "Array") {
                 return value;
             }
-            let message = format!(
-                "`{}` is {wanted}, found {}",
-                param.name.value,
-                self.describe(&value)
-            );
+            let message =
+                format!("`{}` is {wanted}, found {}", param.name.value, self.describe(&value));
             return self.fault(Diagnostic::new(
                 Code::Type,
                 span,
@@ -163,12 +141,7 @@ impl<'a> Checker<'a> {
         match fit(&ty, &found) {
             Fit::No => {
                 let message = format!("`{}` is {ty}, found {found}", param.name.value);
-                self.fault(Diagnostic::new(
-                    Code::Type,
-                    span,
-                    message,
-                    format!("expected {ty}"),
-                ))
+                self.fault(Diagnostic::new(Code::Type, span, message, format!("expected {ty}")))
             }
             fits => Val::Desc(coerce(desc, fits), ty),
         }
@@ -192,12 +165,7 @@ impl<'a> Checker<'a> {
             match (place, name) {
                 (Some(place), _) if placed[place].is_some() => {
                     let message = format!("`{owner}` is given `{}` twice", names[place]);
-                    self.fault(Diagnostic::new(
-                        Code::TwiceGiven,
-                        span,
-                        message,
-                        "given again",
-                    ));
+                    self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
                     sound = false;
                 }
                 (Some(place), _) => placed[place] = Some(expr),
@@ -285,19 +253,14 @@ impl<'a> Checker<'a> {
             _ => Ty::Int,
         };
         let Some(expr) = given else {
-            let default = arg
-                .default
-                .as_ref()
-                .expect("missing arguments were reported");
+            let default = arg.default.as_ref().expect("missing arguments were reported");
             return Some(Desc::Lit(self.registry.complete_lit(default)));
         };
         match self.expr(at, expr) {
             Val::Poison => None,
             value @ Val::Artifact(_) => {
-                let message = format!(
-                    "`{}.{}` must be known before anything runs",
-                    decl.name, arg.name
-                );
+                let message =
+                    format!("`{}.{}` must be known before anything runs", decl.name, arg.name);
                 let label = format!("computed: {}", self.describe(&value));
                 let fault = Diagnostic::new(Code::NotLiteral, expr.span, message, label);
                 self.fault(fault.help(format!("expected {ty}")));
@@ -306,11 +269,8 @@ impl<'a> Checker<'a> {
             Val::Desc(desc, found) => {
                 let fits = fit(&ty, &found);
                 if fits == Fit::No {
-                    let found = if found == nothing() {
-                        "nothing".to_owned()
-                    } else {
-                        found.to_string()
-                    };
+                    let found =
+                        if found == nothing() { "nothing".to_owned() } else { found.to_string() };
                     let message = format!("`{}.{}` is {ty}, found {found}", decl.name, arg.name);
                     let fault =
                         Diagnostic::new(Code::Type, expr.span, message, format!("expected {ty}"));
@@ -319,11 +279,8 @@ impl<'a> Checker<'a> {
                     return None;
                 }
                 let desc = coerce(desc, fits);
-                let ranged = if arg.kind == ArgKind::Members {
-                    Some((1.0..).into())
-                } else {
-                    arg.range
-                };
+                let ranged =
+                    if arg.kind == ArgKind::Members { Some((1.0..).into()) } else { arg.range };
                 match ranged {
                     Some(range) if !self.in_range(at, decl, arg, range, &desc, expr) => None,
                     _ => Some(desc),
@@ -339,10 +296,7 @@ impl<'a> Checker<'a> {
             .registry
             .decls()
             .filter(|decl| matches!(decl.role, Role::Part(own) if own == *family));
-        let parts: Vec<_> = parts
-            .take(8)
-            .map(|decl| format!("`{}()`", decl.name))
-            .collect();
+        let parts: Vec<_> = parts.take(8).map(|decl| format!("`{}()`", decl.name)).collect();
         (!parts.is_empty()).then(|| format!("a {family} is {}", parts.join(", ")))
     }
 
@@ -357,10 +311,7 @@ impl<'a> Checker<'a> {
     ) -> bool {
         let axes = desc.axes();
         if self.extent(&axes) > MAX_CHECKED {
-            self.outgrown(
-                format!("`{}.{}` has too many values", decl.name, arg.name),
-                expr.span,
-            );
+            self.outgrown(format!("`{}.{}` has too many values", decl.name, arg.name), expr.span);
             return false;
         }
         let mut places = vec![Place::new()];
@@ -381,12 +332,7 @@ impl<'a> Checker<'a> {
             let lit = match desc.eval(&self.spec.axes, &place) {
                 Ok(lit) => lit,
                 Err(why) => {
-                    self.fault(Diagnostic::new(
-                        Code::Number,
-                        expr.span,
-                        why,
-                        "has no value",
-                    ));
+                    self.fault(Diagnostic::new(Code::Number, expr.span, why, "has no value"));
                     return false;
                 }
             };
@@ -405,10 +351,8 @@ impl<'a> Checker<'a> {
             } else {
                 format!(" at {}", at_place.join(", "))
             };
-            let message = format!(
-                "`{}.{}` must be {range}, found {bad}{place}",
-                decl.name, arg.name
-            );
+            let message =
+                format!("`{}.{}` must be {range}, found {bad}{place}", decl.name, arg.name);
             let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
             let origin = self.origin(at, expr);
             self.fault(match origin {

@@ -63,10 +63,7 @@ impl<'a> Checker<'a> {
                     }
                     continue;
                 }
-                ItemKind::Let {
-                    name, params: None, ..
-                }
-                | ItemKind::Axis { name, .. } => {
+                ItemKind::Let { name, params: None, .. } | ItemKind::Axis { name, .. } => {
                     self.name(&at(&name.value), &name.value, name.span);
                     continue;
                 }
@@ -98,11 +95,7 @@ impl<'a> Checker<'a> {
                 2 => self.rendered(&at, value, Table::KIND),
                 _ => self.claim(&at, title, value),
             };
-            let source = if group == 3 {
-                self.text(value.span)
-            } else {
-                String::new()
-            };
+            let source = if group == 3 { self.text(value.span) } else { String::new() };
             outputs.extend(expr.map(|expr| output(&title.value, &item.docs, expr, source)));
         }
         done
@@ -117,10 +110,8 @@ impl<'a> Checker<'a> {
                 let makers = self.registry.decls().filter(
                     |decl| matches!(&decl.role, ivx_op::Role::Op(out) if out.artifact == kind),
                 );
-                let makers: Vec<_> = makers
-                    .take(6)
-                    .map(|decl| format!("`{}(..)`", decl.name))
-                    .collect();
+                let makers: Vec<_> =
+                    makers.take(6).map(|decl| format!("`{}(..)`", decl.name)).collect();
                 let fault =
                     Diagnostic::new(Code::Kind, value.span, message, format!("not a {kind}"));
                 self.fault(fault.help(format!("a {kind} comes from {}", makers.join(", "))));
@@ -166,19 +157,11 @@ impl<'a> Checker<'a> {
             let expr = self.spec.expr(id);
             let mut gathered: Vec<_> = expr.axes.iter().copied().collect();
             gathered.sort_by_key(|axis| self.spec.axis(*axis).name.clone());
-            let mut names: BTreeSet<String> = self
-                .names(&expr.axes)
-                .into_iter()
-                .chain(expr.dims.clone())
-                .collect();
+            let mut names: BTreeSet<String> =
+                self.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect();
             names.remove(super::axis::SEED);
             over.push((constant, names, side.span, expr.axes.clone()));
-            let feed = Feed {
-                expr: id,
-                gathered,
-                labelled: true,
-                name: String::new(),
-            };
+            let feed = Feed { expr: id, gathered, labelled: true, name: String::new() };
             feeds.push((port.to_owned(), vec![feed]));
         }
         if !over.iter().any(|(constant, ..)| *constant) && over[0].1 != over[1].1 {
@@ -208,12 +191,7 @@ impl<'a> Checker<'a> {
             ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
             ("confidence".to_owned(), Desc::Lit(Lit::Real(0.95))),
         ]);
-        let op = Op {
-            name: "claim".to_owned(),
-            args,
-            ports: feeds,
-            stochastic: false,
-        };
+        let op = Op { name: "claim".to_owned(), args, ports: feeds, stochastic: false };
         let expr = Expr {
             address: at.address.clone(),
             axes: BTreeSet::new(),
@@ -227,10 +205,5 @@ impl<'a> Checker<'a> {
 }
 
 fn output(name: &str, docs: &str, expr: ExprId, source: String) -> Output {
-    Output {
-        name: name.to_owned(),
-        docs: docs.to_owned(),
-        expr,
-        source,
-    }
+    Output { name: name.to_owned(), docs: docs.to_owned(), expr, source }
 }

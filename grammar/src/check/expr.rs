@@ -25,19 +25,12 @@ pub(super) struct At {
 impl At {
     /// In a scope, outside of functions.
     pub(super) fn new(scope: usize, address: String) -> Self {
-        Self {
-            scope,
-            locals: Rc::default(),
-            address,
-        }
+        Self { scope, locals: Rc::default(), address }
     }
 
     /// Inside the expression at `self`.
     pub(super) fn inside(&self, name: &str) -> Self {
-        Self {
-            address: format!("{}/{name}", self.address),
-            ..self.clone()
-        }
+        Self { address: format!("{}/{name}", self.address), ..self.clone() }
     }
 }
 
@@ -59,12 +52,7 @@ impl<'a> Checker<'a> {
                     return value;
                 }
                 let message = format!("{} has no field `{}`", self.describe(&value), name.value);
-                self.fault(Diagnostic::new(
-                    Code::UnknownName,
-                    name.span,
-                    message,
-                    "not a record",
-                ))
+                self.fault(Diagnostic::new(Code::UnknownName, name.span, message, "not a record"))
             }
             ExprKind::Negate(inner) => self.negate(at, inner),
             ExprKind::Binary { op, left, right } => self.binary(at, op, left, right),
@@ -79,12 +67,7 @@ impl<'a> Checker<'a> {
         }
         let Some((scope, item)) = self.scopes.find(at.scope, name) else {
             let known = self.scopes.known(at.scope);
-            let help = suggest(
-                name,
-                known
-                    .into_iter()
-                    .chain(at.locals.keys().map(String::as_str)),
-            );
+            let help = suggest(name, known.into_iter().chain(at.locals.keys().map(String::as_str)));
             let fault = Diagnostic::new(
                 Code::UnknownName,
                 span,
@@ -113,15 +96,12 @@ impl<'a> Checker<'a> {
         let inner = At::new(scope, format!("{}/{declared}", self.owner(scope)));
         let value = match &item.kind {
             ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
-            ItemKind::Axis { name, values } => self
-                .axis(scope, name, values)
-                .map_or(Val::Poison, |id| self.axis_value(id)),
-            ItemKind::Let {
-                params: None,
-                value,
-                ..
+            ItemKind::Axis { name, values } => {
+                self.axis(scope, name, values).map_or(Val::Poison, |id| self.axis_value(id))
             }
-            | ItemKind::Measure { value, .. } => self.expr(&inner, value),
+            ItemKind::Let { params: None, value, .. } | ItemKind::Measure { value, .. } => {
+                self.expr(&inner, value)
+            }
             ItemKind::Let { .. } => {
                 let message = format!("`{name}` is a function");
                 let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");
@@ -149,11 +129,8 @@ impl<'a> Checker<'a> {
         for item in items {
             match self.expr(at, item) {
                 Val::Desc(desc, found) => {
-                    let joined = if ty == nothing() {
-                        Some(found.clone())
-                    } else {
-                        join(&ty, &found)
-                    };
+                    let joined =
+                        if ty == nothing() { Some(found.clone()) } else { join(&ty, &found) };
                     let Some(joined) = joined else {
                         let message = format!(
                             "the items of a list are of one type: {ty} before, {found} here"
@@ -181,12 +158,10 @@ impl<'a> Checker<'a> {
                 Val::Poison => return Val::Poison,
             }
         }
-        let descs = descs
-            .into_iter()
-            .map(|(desc, found)| match fit(&ty, &found) {
-                Fit::No => desc,
-                fits => coerce(desc, fits),
-            });
+        let descs = descs.into_iter().map(|(desc, found)| match fit(&ty, &found) {
+            Fit::No => desc,
+            fits => coerce(desc, fits),
+        });
         Val::Desc(fold(Desc::List(descs.collect())), Ty::List(Box::new(ty)))
     }
 
@@ -197,21 +172,12 @@ impl<'a> Checker<'a> {
                 self.builtin(at, "neg", BTreeMap::new(), vec![("x", id)], inner.span)
             }
             Val::Desc(desc, ty @ (Ty::Int | Ty::Float)) => {
-                let zero = Desc::Lit(if ty == Ty::Int {
-                    Lit::Int(0)
-                } else {
-                    Lit::Real(0.0)
-                });
+                let zero = Desc::Lit(if ty == Ty::Int { Lit::Int(0) } else { Lit::Real(0.0) });
                 self.arithmetic(BinaryOp::Sub, zero, desc, ty, inner.span)
             }
             other => {
                 let message = format!("{} has no negative", self.describe(&other));
-                self.fault(Diagnostic::new(
-                    Code::Type,
-                    inner.span,
-                    message,
-                    "expected a number",
-                ))
+                self.fault(Diagnostic::new(Code::Type, inner.span, message, "expected a number"))
             }
         }
     }
@@ -257,9 +223,7 @@ impl<'a> Checker<'a> {
         let constant = matches!((&a, &b), (Desc::Lit(_), Desc::Lit(_)));
         let desc = Desc::Binary(op, Box::new(a), Box::new(b));
         match constant {
-            true => self
-                .evaluate(&desc, span)
-                .map_or(Val::Poison, |lit| Val::lit(lit, ty)),
+            true => self.evaluate(&desc, span).map_or(Val::Poison, |lit| Val::lit(lit, ty)),
             false => Val::Desc(desc, ty),
         }
     }
@@ -281,10 +245,8 @@ impl<'a> Checker<'a> {
                 span,
             )),
             other => {
-                let message = format!(
-                    "expected a number or an array, found {}",
-                    self.describe(&other)
-                );
+                let message =
+                    format!("expected a number or an array, found {}", self.describe(&other));
                 self.fault(Diagnostic::new(Code::Type, span, message, "not a number"));
                 None
             }
@@ -306,32 +268,16 @@ impl<'a> Checker<'a> {
             let expr = self.spec.expr(*id);
             axes.extend(&expr.axes);
             dims.extend(
-                expr.dims
-                    .iter()
-                    .filter(|dim| !dims.contains(dim))
-                    .cloned()
-                    .collect::<Vec<_>>(),
+                expr.dims.iter().filter(|dim| !dims.contains(dim)).cloned().collect::<Vec<_>>(),
             );
         }
         if !self.distinct(&axes, span) {
             return Val::Poison;
         }
-        let feed = |id| Feed {
-            expr: id,
-            gathered: Vec::new(),
-            labelled: false,
-            name: String::new(),
-        };
-        let ports = ports
-            .into_iter()
-            .map(|(port, id)| (port.to_owned(), vec![feed(id)]))
-            .collect();
-        let op = ir::Op {
-            name: name.to_owned(),
-            args,
-            ports,
-            stochastic: false,
-        };
+        let feed =
+            |id| Feed { expr: id, gathered: Vec::new(), labelled: false, name: String::new() };
+        let ports = ports.into_iter().map(|(port, id)| (port.to_owned(), vec![feed(id)])).collect();
+        let op = ir::Op { name: name.to_owned(), args, ports, stochastic: false };
         Val::Artifact(self.push(
             Expr {
                 address: at.inside(name).address,
@@ -373,10 +319,7 @@ impl<'a> Checker<'a> {
             });
             let sizes: Vec<_> = sizes.collect();
             self.outgrown(
-                format!(
-                    "the program has more than {MAX_NODES} nodes ({})",
-                    sizes.join(", ")
-                ),
+                format!("the program has more than {MAX_NODES} nodes ({})", sizes.join(", ")),
                 span,
             );
         }
@@ -391,10 +334,8 @@ impl<'a> Checker<'a> {
             Val::Desc(_, ty) => ty.to_string(),
             Val::Artifact(id) => {
                 let expr = self.spec.expr(*id);
-                let members = expr
-                    .axes
-                    .iter()
-                    .any(|axis| self.spec.axis(*axis).role == ir::AxisRole::Member);
+                let members =
+                    expr.axes.iter().any(|axis| self.spec.axis(*axis).role == ir::AxisRole::Member);
                 match (expr.artifact.as_str(), &expr.dims[..]) {
                     (artifact, _) if members && artifact != Array::KIND => {
                         format!("Ensemble<{artifact}>")

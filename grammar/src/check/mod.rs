@@ -91,11 +91,7 @@ pub fn check(
     checker.profile();
     checker.params();
     checker.experiments();
-    let Checker {
-        spec,
-        mut diagnostics,
-        ..
-    } = checker;
+    let Checker { spec, mut diagnostics, .. } = checker;
     diagnostics.sort_by(|a, b| {
         let place = |d: &Diagnostic| d.labels.first().map(|label| label.span);
         (place(a), a.code, &a.message).cmp(&(place(b), b.code, &b.message))
@@ -107,9 +103,7 @@ pub fn check(
 /// Whether a program with these diagnostics can run.
 #[must_use]
 pub fn runs(diagnostics: &[Diagnostic]) -> bool {
-    diagnostics
-        .iter()
-        .all(|d| d.code.severity() == Severity::Warning)
+    diagnostics.iter().all(|d| d.code.severity() == Severity::Warning)
 }
 
 /// What is known while a program is checked.
@@ -159,9 +153,7 @@ impl Checker<'_> {
 
     /// The names of axes, for messages.
     fn names(&self, axes: &BTreeSet<AxisId>) -> Vec<String> {
-        axes.iter()
-            .map(|axis| self.spec.axis(*axis).name.clone())
-            .collect()
+        axes.iter().map(|axis| self.spec.axis(*axis).name.clone()).collect()
     }
 
     /// Says once that the program has too many nodes.

@@ -43,18 +43,12 @@ impl<'a> Checker<'a> {
             match (&arg.kind, given) {
                 (ArgKind::Port(port), Some(expr)) => match self.fed(&inner, decl, arg, *port, expr)
                 {
-                    Some(exprs) => fed.push(Fed {
-                        port: *port,
-                        name: arg.name,
-                        exprs,
-                    }),
+                    Some(exprs) => fed.push(Fed { port: *port, name: arg.name, exprs }),
                     None => sound = false,
                 },
-                (ArgKind::Port(port), None) => fed.push(Fed {
-                    port: *port,
-                    name: arg.name,
-                    exprs: Vec::new(),
-                }),
+                (ArgKind::Port(port), None) => {
+                    fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() })
+                }
                 (ArgKind::Axes, given) => match self.axis_names(decl, arg, *given) {
                     Some(names) => named.push((*arg, names)),
                     None => sound = false,
@@ -74,10 +68,8 @@ impl<'a> Checker<'a> {
         if !self.known_axes(decl, &fed, &named) {
             return Val::Poison;
         }
-        let taken: Vec<&str> = named
-            .iter()
-            .flat_map(|(_, names)| names.iter().map(|(name, _)| *name))
-            .collect();
+        let taken: Vec<&str> =
+            named.iter().flat_map(|(_, names)| names.iter().map(|(name, _)| *name)).collect();
         let mut axes: BTreeSet<AxisId> =
             descs.values().flat_map(Desc::axes).chain(members).collect();
         let mut everything = axes.clone();
@@ -92,17 +84,8 @@ impl<'a> Checker<'a> {
                 everything.extend(&own);
                 axes.extend(own.iter().filter(|axis| !gathered.contains(axis)));
                 let labelled = feed.port.gather == Gather::Everything;
-                let name = if labelled {
-                    name.clone()
-                } else {
-                    String::new()
-                };
-                feeds.push(Feed {
-                    expr: *id,
-                    gathered,
-                    labelled,
-                    name,
-                });
+                let name = if labelled { name.clone() } else { String::new() };
+                feeds.push(Feed { expr: *id, gathered, labelled, name });
             }
             ports.push((feed.name.to_owned(), feeds));
         }
@@ -115,18 +98,12 @@ impl<'a> Checker<'a> {
             return Val::Poison;
         }
         for (arg, names) in &named {
-            let names = names
-                .iter()
-                .map(|(name, _)| Lit::Text(self.travelling(&fed, &ports, name)));
+            let names =
+                names.iter().map(|(name, _)| Lit::Text(self.travelling(&fed, &ports, name)));
             descs.insert(arg.name.to_owned(), Desc::Lit(Lit::List(names.collect())));
         }
         let dims = self.dims(out.dims, &fed, &taken);
-        let op = Op {
-            name: decl.name.to_owned(),
-            args: descs,
-            ports,
-            stochastic,
-        };
+        let op = Op { name: decl.name.to_owned(), args: descs, ports, stochastic };
         let expr = Expr {
             address: at.address.clone(),
             axes,
@@ -198,9 +175,7 @@ impl<'a> Checker<'a> {
     /// The source text of a stretch, on one line.
     pub(super) fn text(&self, span: Span) -> String {
         let text = &self.project.files[span.file as usize].text;
-        let text = text
-            .get(span.start as usize..span.end as usize)
-            .unwrap_or_default();
+        let text = text.get(span.start as usize..span.end as usize).unwrap_or_default();
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
@@ -221,16 +196,9 @@ impl<'a> Checker<'a> {
         let mut names = Vec::new();
         for item in items {
             let ExprKind::Name(name) = &item.kind else {
-                let message = format!(
-                    "`{}.{}` takes the name of an axis or dimension",
-                    decl.name, arg.name
-                );
-                self.fault(Diagnostic::new(
-                    Code::UnknownAxis,
-                    item.span,
-                    message,
-                    "not a name",
-                ));
+                let message =
+                    format!("`{}.{}` takes the name of an axis or dimension", decl.name, arg.name);
+                self.fault(Diagnostic::new(Code::UnknownAxis, item.span, message, "not a name"));
                 return None;
             };
             names.push((name.as_str(), item.span));
@@ -258,12 +226,8 @@ impl<'a> Checker<'a> {
                 continue;
             }
             let message = format!("`{}` has nothing that varies over `{name}`", decl.name);
-            let fault = Diagnostic::new(
-                Code::UnknownAxis,
-                *span,
-                message,
-                "no axis or dimension of it",
-            );
+            let fault =
+                Diagnostic::new(Code::UnknownAxis, *span, message, "no axis or dimension of it");
             let help = match known.is_empty() {
                 true => Some("its values vary over nothing".to_owned()),
                 false => suggest(name, known.iter().map(String::as_str)),
@@ -316,10 +280,8 @@ impl<'a> Checker<'a> {
                 Some(named.collect())
             }
             Gather::Members => {
-                let member = expr
-                    .axes
-                    .iter()
-                    .find(|axis| self.spec.axis(**axis).role == AxisRole::Member);
+                let member =
+                    expr.axes.iter().find(|axis| self.spec.axis(**axis).role == AxisRole::Member);
                 if let Some(member) = member {
                     return Some(vec![*member]);
                 }
@@ -341,10 +303,8 @@ impl<'a> Checker<'a> {
                 continue;
             }
             for feed in feeds {
-                if let Some(i) = feed
-                    .gathered
-                    .iter()
-                    .position(|axis| self.spec.axis(*axis).name == name)
+                if let Some(i) =
+                    feed.gathered.iter().position(|axis| self.spec.axis(*axis).name == name)
                 {
                     return format!("#{i}");
                 }
@@ -375,9 +335,7 @@ impl<'a> Checker<'a> {
                 all
             }
             Dims::Reduced { port, add } => {
-                let kept = of_port(port)
-                    .into_iter()
-                    .filter(|dim| !taken.contains(&dim.as_str()));
+                let kept = of_port(port).into_iter().filter(|dim| !taken.contains(&dim.as_str()));
                 kept.chain(add.iter().map(ToString::to_string)).collect()
             }
         }
@@ -413,9 +371,7 @@ impl<'a> Checker<'a> {
                 _ => {}
             });
             counts.extend(
-                lits.iter()
-                    .filter_map(|lit| self.registry.member_count(lit))
-                    .map(|(_, n)| Some(n)),
+                lits.iter().filter_map(|lit| self.registry.member_count(lit)).map(|(_, n)| Some(n)),
             );
             for axis in axes {
                 let coords = &self.spec.axis(axis).coords;
@@ -454,12 +410,9 @@ impl<'a> Checker<'a> {
             draws |= match desc {
                 Desc::Lit(lit) => any_part(lit, &stochastic),
                 Desc::Part(name, _) => stochastic(name),
-                Desc::Axis(axis) => self
-                    .spec
-                    .axis(*axis)
-                    .coords
-                    .iter()
-                    .any(|c| any_part(&c.value, &stochastic)),
+                Desc::Axis(axis) => {
+                    self.spec.axis(*axis).coords.iter().any(|c| any_part(&c.value, &stochastic))
+                }
                 _ => false,
             }
         });
@@ -498,23 +451,13 @@ impl<'a> Checker<'a> {
             if matches!(value, Val::Poison) {
                 return value;
             }
-            let message = format!(
-                "only what is computed is collected, found {}",
-                self.describe(&value)
-            );
-            return self.fault(Diagnostic::new(
-                Code::Kind,
-                base.span,
-                message,
-                "a description",
-            ));
+            let message =
+                format!("only what is computed is collected, found {}", self.describe(&value));
+            return self.fault(Diagnostic::new(Code::Kind, base.span, message, "a description"));
         };
         let mut expr = self.spec.expr(id).clone();
-        let Some(axis_id) = expr
-            .axes
-            .iter()
-            .copied()
-            .find(|axis| self.spec.axis(*axis).name == *name)
+        let Some(axis_id) =
+            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == *name)
         else {
             let known = self.names(&expr.axes);
             let message = format!("this does not vary over `{name}`");

@@ -58,16 +58,12 @@ impl<'a> Checker<'a> {
             self.unknown_in_profiles(scope);
         }
         for (set, _) in &self.settings.sets {
-            let matching = known
-                .iter()
-                .filter(|(address, name)| address == set || name == set);
+            let matching = known.iter().filter(|(address, name)| address == set || name == set);
             let matching: Vec<_> = matching.map(|(address, _)| address.as_str()).collect();
             match matching[..] {
                 [_] => {}
                 [] => {
-                    let all = known
-                        .iter()
-                        .flat_map(|(address, name)| [address.as_str(), *name]);
+                    let all = known.iter().flat_map(|(address, name)| [address.as_str(), *name]);
                     self.unplaced(format!("no parameter is called `{set}`"), suggest(set, all));
                 }
                 _ => {
@@ -80,11 +76,7 @@ impl<'a> Checker<'a> {
 
     fn unknown_in_profiles(&mut self, scope: usize) {
         for item in self.scopes.all[scope].items {
-            let ItemKind::Profile {
-                name: profile,
-                sets,
-            } = &item.kind
-            else {
+            let ItemKind::Profile { name: profile, sets } = &item.kind else {
                 continue;
             };
             for (name, _) in sets {
@@ -93,9 +85,8 @@ impl<'a> Checker<'a> {
                 {
                     continue;
                 }
-                let params = here
-                    .iter()
-                    .filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
+                let params =
+                    here.iter().filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
                 let help = suggest(&name.value, params.map(|(name, _)| *name));
                 let message = format!(
                     "profile `{}` sets `{}`, which is no parameter here",
@@ -113,12 +104,7 @@ impl<'a> Checker<'a> {
     }
 
     fn unplaced(&mut self, message: String, help: Option<String>) {
-        self.fault(Diagnostic {
-            code: Code::UnknownParameter,
-            message,
-            labels: Vec::new(),
-            help,
-        });
+        self.fault(Diagnostic { code: Code::UnknownParameter, message, labels: Vec::new(), help });
     }
 
     /// The value of one parameter.
@@ -133,40 +119,22 @@ impl<'a> Checker<'a> {
         let unique = || {
             let declares =
                 |items: &&'a crate::ast::Item| matches!(items.kind, ItemKind::Param { .. });
-            self.scopes
-                .all
-                .iter()
-                .filter(|s| s.names.get(name).is_some_and(declares))
-                .count()
-                == 1
+            self.scopes.all.iter().filter(|s| s.names.get(name).is_some_and(declares)).count() == 1
         };
         let by_hand = self.settings.sets.iter().rev();
-        let by_hand = by_hand
-            .clone()
-            .find(|(set, _)| *set == address || (set == name && unique()));
+        let by_hand = by_hand.clone().find(|(set, _)| *set == address || (set == name && unique()));
         let in_profile = self.profile.clone().and_then(|profile| {
             let sets = self.scopes.all[scope].profile(&profile)?;
-            sets.iter()
-                .rev()
-                .find(|(set, _)| set.value == name)
-                .map(|(_, expr)| (profile, expr))
+            sets.iter().rev().find(|(set, _)| set.value == name).map(|(_, expr)| (profile, expr))
         });
         let (value, by, span) = match (by_hand, in_profile) {
-            (Some((_, lit)), _) => (
-                Val::lit(lit.clone(), self.type_of(lit)),
-                "`--set`".to_owned(),
-                default.span,
-            ),
-            (None, Some((profile, expr))) => (
-                self.known_before(scope, expr),
-                format!("profile `{profile}`"),
-                expr.span,
-            ),
-            (None, None) => (
-                self.known_before(scope, default),
-                "default".to_owned(),
-                default.span,
-            ),
+            (Some((_, lit)), _) => {
+                (Val::lit(lit.clone(), self.type_of(lit)), "`--set`".to_owned(), default.span)
+            }
+            (None, Some((profile, expr))) => {
+                (self.known_before(scope, expr), format!("profile `{profile}`"), expr.span)
+            }
+            (None, None) => (self.known_before(scope, default), "default".to_owned(), default.span),
         };
         let Some(ty) = self.ty(ty) else {
             return Val::Poison;
@@ -191,18 +159,14 @@ impl<'a> Checker<'a> {
     /// The value of an expression that mentions no axis and computes nothing.
     pub(super) fn known_before(&mut self, scope: usize, expr: &'a Expr) -> Val {
         match self.expr(&At::new(scope, String::new()), expr) {
-            Val::Desc(desc, ty) if desc.axes().is_empty() => self
-                .evaluate(&desc, expr.span)
-                .map_or(Val::Poison, |lit| Val::lit(lit, ty)),
+            Val::Desc(desc, ty) if desc.axes().is_empty() => {
+                self.evaluate(&desc, expr.span).map_or(Val::Poison, |lit| Val::lit(lit, ty))
+            }
             Val::Poison => Val::Poison,
             _ => {
                 let message = "this must be known before anything runs";
-                let fault = Diagnostic::new(
-                    Code::NotLiteral,
-                    expr.span,
-                    message,
-                    "varies or is computed",
-                );
+                let fault =
+                    Diagnostic::new(Code::NotLiteral, expr.span, message, "varies or is computed");
                 self.fault(fault.help("use numbers, strings, parts and parameters only"))
             }
         }
@@ -234,10 +198,7 @@ impl<'a> Checker<'a> {
             ("List", [item]) => self.ty(item).map(|item| Ty::List(Box::new(item))),
             (family, []) if families.contains(&family) => Some(Ty::Part(family.to_owned())),
             (name, _) => {
-                let known = families
-                    .iter()
-                    .copied()
-                    .chain(["Bool", "Int", "Float", "Str", "List"]);
+                let known = families.iter().copied().chain(["Bool", "Int", "Float", "Str", "List"]);
                 let help = suggest(name, known);
                 let message = format!("no type is written `{name}` here");
                 let fault = Diagnostic::new(Code::Type, written.span, message, "unknown type");
@@ -254,9 +215,9 @@ impl<'a> Checker<'a> {
             Lit::Int(_) => Ty::Int,
             Lit::Real(_) => Ty::Float,
             Lit::Text(_) => Ty::Str,
-            Lit::List(items) => Ty::List(Box::new(
-                items.first().map_or_else(nothing, |i| self.type_of(i)),
-            )),
+            Lit::List(items) => {
+                Ty::List(Box::new(items.first().map_or_else(nothing, |i| self.type_of(i))))
+            }
             Lit::Part(part) => match self.registry.decl(&part.name).map(|decl| &decl.role) {
                 Some(ivx_op::Role::Part(family)) => Ty::Part((*family).to_owned()),
                 _ => nothing(),

@@ -32,10 +32,7 @@ pub(super) struct Scope<'a> {
 impl<'a> Scopes<'a> {
     /// The scopes of a project. Names declared twice are reported.
     pub(super) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
-        let mut scopes = Self {
-            all: Vec::new(),
-            experiments: Vec::new(),
-        };
+        let mut scopes = Self { all: Vec::new(), experiments: Vec::new() };
         for file in &project.files {
             scopes.all.push(Scope::new(
                 file.stem.clone(),
@@ -60,10 +57,7 @@ impl<'a> Scopes<'a> {
             return Some((scope, item));
         }
         if let Some((file, original)) = here.imports.get(name) {
-            return self.all[*file]
-                .names
-                .get(original)
-                .map(|item| (*file, *item));
+            return self.all[*file].names.get(original).map(|item| (*file, *item));
         }
         here.parent.and_then(|parent| self.find(parent, name))
     }
@@ -71,17 +65,8 @@ impl<'a> Scopes<'a> {
     /// Every name that can be used in `scope`.
     pub(super) fn known(&self, scope: usize) -> Vec<&'a str> {
         let here = &self.all[scope];
-        let mut known: Vec<_> = here
-            .names
-            .keys()
-            .chain(here.imports.keys())
-            .copied()
-            .collect();
-        known.extend(
-            here.parent
-                .map(|parent| self.known(parent))
-                .unwrap_or_default(),
-        );
+        let mut known: Vec<_> = here.names.keys().chain(here.imports.keys()).copied().collect();
+        known.extend(here.parent.map(|parent| self.known(parent)).unwrap_or_default());
         known
     }
 
@@ -96,10 +81,7 @@ impl<'a> Scopes<'a> {
             };
             let theirs = &self.all[from].names;
             let all: Vec<(&str, &str, _)> = match names {
-                None => theirs
-                    .keys()
-                    .map(|name| (*name, *name, path.span))
-                    .collect(),
+                None => theirs.keys().map(|name| (*name, *name, path.span)).collect(),
                 Some(names) => names
                     .iter()
                     .map(|(n, new)| (n.value.as_str(), new.value.as_str(), n.span))
@@ -182,14 +164,7 @@ impl<'a> Scope<'a> {
                 names.insert(&name.value, item);
             }
         }
-        Self {
-            name,
-            item,
-            parent,
-            names,
-            items,
-            imports: BTreeMap::new(),
-        }
+        Self { name, item, parent, names, items, imports: BTreeMap::new() }
     }
 
     /// What the profile called `profile` sets here.

@@ -30,18 +30,14 @@ impl<'a> Checker<'a> {
         let (axes, dims) = match &value {
             Val::Poison => return Val::Poison,
             Val::Desc(desc, _) => (desc.axes(), Vec::new()),
-            Val::Artifact(id) => (
-                self.spec.expr(*id).axes.clone(),
-                self.spec.expr(*id).dims.clone(),
-            ),
+            Val::Artifact(id) => {
+                (self.spec.expr(*id).axes.clone(), self.spec.expr(*id).dims.clone())
+            }
         };
         let Val::Desc(Desc::Lit(label_lit), _) = self.known_before_at(at, label) else {
             return Val::Poison;
         };
-        if let Some(axis) = axes
-            .iter()
-            .find(|axis| self.spec.axis(**axis).name == name.value)
-        {
+        if let Some(axis) = axes.iter().find(|axis| self.spec.axis(**axis).name == name.value) {
             return self.select_axis(value, *axis, &label_lit, label.span);
         }
         if let (Val::Artifact(id), true) = (&value, dims.contains(&name.value)) {
@@ -53,12 +49,8 @@ impl<'a> Checker<'a> {
             true => Some("it varies over nothing".to_owned()),
             false => suggest(&name.value, known.iter().map(String::as_str)),
         };
-        let fault = Diagnostic::new(
-            Code::UnknownAxis,
-            name.span,
-            message,
-            "no such axis or dimension",
-        );
+        let fault =
+            Diagnostic::new(Code::UnknownAxis, name.span, message, "no such axis or dimension");
         self.fault(fault.maybe_help(help))
     }
 
@@ -75,18 +67,12 @@ impl<'a> Checker<'a> {
                 Lit::Text(text) => coord.label == *text,
                 number => {
                     coord.value == *number
-                        || coord
-                            .value
-                            .as_f64()
-                            .is_some_and(|x| Some(x) == number.as_f64())
+                        || coord.value.as_f64().is_some_and(|x| Some(x) == number.as_f64())
                 }
             });
             let Some(place) = found else {
-                let wanted = if let Lit::Text(text) = label {
-                    text.clone()
-                } else {
-                    label.to_string()
-                };
+                let wanted =
+                    if let Lit::Text(text) = label { text.clone() } else { label.to_string() };
                 let help = suggest(&wanted, coords.iter().map(|coord| coord.label.as_str()));
                 let message = format!("axis `{}` has no label {label}", self.spec.axis(axis).name);
                 let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
@@ -138,12 +124,7 @@ impl<'a> Checker<'a> {
                 if expr.collected.remove(&axis) {
                     expr.collected.insert(restricted);
                 }
-                expr.kind = ExprKind::Restrict {
-                    base,
-                    axis,
-                    restricted,
-                    places,
-                };
+                expr.kind = ExprKind::Restrict { base, axis, restricted, places };
                 Val::Artifact(self.push(expr, span))
             }
             Val::Poison => Val::Poison,
@@ -154,19 +135,11 @@ impl<'a> Checker<'a> {
     fn select_dim(&mut self, at: &At, id: ExprId, dim: &str, label: &Lit, span: Span) -> Val {
         if self.spec.expr(id).artifact != Array::KIND {
             let message = format!("`{dim}` lies inside a {}", self.spec.expr(id).artifact);
-            return self.fault(Diagnostic::new(
-                Code::Kind,
-                span,
-                message,
-                "cannot be selected",
-            ));
+            return self.fault(Diagnostic::new(Code::Kind, span, message, "cannot be selected"));
         }
         let one = !matches!(label, Lit::List(_));
-        let labels = if let Lit::List(labels) = label {
-            labels.clone()
-        } else {
-            vec![label.clone()]
-        };
+        let labels =
+            if let Lit::List(labels) = label { labels.clone() } else { vec![label.clone()] };
         let text = |lit: Lit| match lit.as_f64() {
             Some(x) => Lit::Text(x.to_string()),
             None => lit,
@@ -200,8 +173,7 @@ impl<'a> Checker<'a> {
                         "not a label",
                     ));
                 }
-                self.evaluate(&desc, expr.span)
-                    .map_or(Val::Poison, |lit| Val::lit(lit, ty))
+                self.evaluate(&desc, expr.span).map_or(Val::Poison, |lit| Val::lit(lit, ty))
             }
             Val::Poison => Val::Poison,
             _ => {

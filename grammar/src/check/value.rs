@@ -71,28 +71,16 @@ pub(super) fn join(a: &Ty, b: &Ty) -> Option<Ty> {
 pub(super) fn fold(desc: Desc) -> Desc {
     match desc {
         Desc::List(items) if items.iter().all(|item| matches!(item, Desc::Lit(_))) => {
-            let lits = items.into_iter().map(|i| {
-                if let Desc::Lit(lit) = i {
-                    lit
-                } else {
-                    unreachable!()
-                }
-            });
+            let lits = items
+                .into_iter()
+                .map(|i| if let Desc::Lit(lit) = i { lit } else { unreachable!() });
             Desc::Lit(Lit::List(lits.collect()))
         }
         Desc::Part(name, args) if args.values().all(|arg| matches!(arg, Desc::Lit(_))) => {
             let args = args.into_iter();
-            let args = args.map(|(k, v)| {
-                if let Desc::Lit(lit) = v {
-                    (k, lit)
-                } else {
-                    unreachable!()
-                }
-            });
-            Desc::Lit(Lit::Part(ivx_op::Part {
-                name,
-                args: args.collect(),
-            }))
+            let args =
+                args.map(|(k, v)| if let Desc::Lit(lit) = v { (k, lit) } else { unreachable!() });
+            Desc::Lit(Lit::Part(ivx_op::Part { name, args: args.collect() }))
         }
         other => other,
     }

@@ -118,8 +118,13 @@ impl Array {
         let mut values = Vec::new();
         for (i, array) in gathered.values.iter().enumerate() {
             if i == 0 {
-                if let Some(clash) = array.dims.iter().find(|d| dims.iter().any(|e| e.name == d.name)) {
-                    return Err(format!("`{}` is both an axis and a dimension of the value", clash.name));
+                if let Some(clash) =
+                    array.dims.iter().find(|d| dims.iter().any(|e| e.name == d.name))
+                {
+                    return Err(format!(
+                        "`{}` is both an axis and a dimension of the value",
+                        clash.name
+                    ));
                 }
                 dims.extend(array.dims.iter().cloned());
             } else if array.dims != gathered.values[0].dims {
@@ -173,7 +178,8 @@ mod tests {
         let ke = Dim::new("ke", Labels::Names(vec!["WCM".into(), "MA".into()]));
         let rows = [vec![1.0, 2.0], vec![3.0, 4.0]];
         let values = rows.map(|row| Array::series(x.clone(), row)).to_vec();
-        let stacked = Array::stack(&Gathered { dims: vec![ke.clone()], values, name: String::new() });
+        let stacked =
+            Array::stack(&Gathered { dims: vec![ke.clone()], values, name: String::new() });
         let stacked = stacked.expect("the rows share `x`");
         assert_eq!(stacked, Array { dims: vec![ke, x], values: vec![1.0, 2.0, 3.0, 4.0] });
         assert_eq!(stacked.strides(), [2, 1]);

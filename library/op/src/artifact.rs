@@ -3,7 +3,7 @@
 //! Every artifact is a safetensors file whose metadata has one entry, `ivx`: the kind and
 //! the small facts, as RON. One entry, because the crate writes metadata in hash order.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
@@ -49,8 +49,10 @@ struct Header<F> {
 
 impl Tensors {
     /// The bytes of an artifact of `kind` with `facts`.
+    ///
+    /// # Panics
+    /// If an array does not fill its shape.
     #[must_use]
-    #[expect(clippy::disallowed_types, reason = "the crate's signature; one entry has no order")]
     pub fn encode<F: Serialize>(&self, kind: &str, facts: &F) -> Vec<u8> {
         let header = Header { kind: kind.to_owned(), facts };
         let header = ron::to_string(&header).expect("facts are plain data");
@@ -59,8 +61,8 @@ impl Tensors {
             let view = TensorView::new(*dtype, shape.clone(), bytes).expect("shape fits the data");
             (name.as_str(), view)
         });
-        let metadata = HashMap::from([("ivx".to_owned(), header)]);
-        safetensors::serialize(views, Some(metadata)).expect("named arrays serialise")
+        let metadata = Some([("ivx".to_owned(), header)].into());
+        safetensors::serialize(views, metadata).expect("named arrays serialise")
     }
 
     /// The arrays and facts of an artifact of `kind`; `None` if the bytes are something else.

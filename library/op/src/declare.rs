@@ -102,7 +102,10 @@ macro_rules! family {
             }
             fn from_lit(lit: &$crate::Lit) -> Result<Self, $crate::ArgError> {
                 let $crate::Lit::Part(part) = lit else {
-                    return Err($crate::ArgError::Type { expected: Self::ty(), found: lit.clone() });
+                    return Err($crate::ArgError::Type {
+                        expected: Self::ty(),
+                        found: lit.clone(),
+                    });
                 };
                 $table().build(part)
             }

@@ -22,7 +22,7 @@ pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, kind_of};
 pub use decl::{ArgDecl, ArgKind, Decl, Dims, Gather, OutDecl, Port, Range, Role, Ty};
 pub use lit::{Args, Lit, Part};
-pub use registry::{Bytes, Declared, Family, Op, OpError, Produces, Parts, Registry};
+pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry};
 pub use rendered::{Figure, Table};
 pub use rng::Ctx;
 pub use verdict::{Finding, Outcome, Verdict};

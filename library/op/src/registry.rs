@@ -261,9 +261,7 @@ mod tests {
 
     fn shapes() -> &'static Parts<dyn Shape> {
         static TABLE: LazyLock<Parts<dyn Shape>> = LazyLock::new(|| {
-            Parts::<dyn Shape>::new()
-                .with(|x: Square| Box::new(x))
-                .with(|x: Several| Box::new(x))
+            Parts::<dyn Shape>::new().with(|x: Square| Box::new(x)).with(|x: Several| Box::new(x))
         });
         &TABLE
     }
@@ -307,6 +305,9 @@ mod tests {
         let out = registry.run("area", &call, &ctx).expect("runs");
         assert_eq!(Array::decode(&out), Some(Array::scalar(6.0)));
         let decl = registry.decl("area").expect("registered");
-        assert_eq!(decl.to_string(), "area(shape: Shape, factor: Array) -> Array[those of factor but over]");
+        assert_eq!(
+            decl.to_string(),
+            "area(shape: Shape, factor: Array) -> Array[those of factor but over]"
+        );
     }
 }

@@ -35,7 +35,8 @@ rendered! {
 }
 
 fn encode(kind: &str, files: &BTreeMap<String, String>) -> Vec<u8> {
-    let arrays = files.iter().map(|(name, text)| (name.clone(), Data::U8(text.clone().into_bytes())));
+    let arrays =
+        files.iter().map(|(name, text)| (name.clone(), Data::U8(text.clone().into_bytes())));
     Tensors { arrays: arrays.collect() }.encode(kind, &())
 }
 

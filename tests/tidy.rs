@@ -1,0 +1,122 @@
+//! The layout of the project, as tests.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// What each crate may use of ours.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("library/op", &[]),
+    ("cache", &[]),
+    ("grammar", &["ivx-op"]),
+    ("library", &["ivx-op"]),
+    ("engine", &["ivx-op", "ivx-grammar", "ivx-cache"]),
+    ("cli", &["ivx-op", "ivx-grammar", "ivx-library", "ivx-cache", "ivx-engine"]),
+];
+
+#[test]
+fn crates_use_only_what_lies_below_them() {
+    for (folder, allowed) in ARROWS {
+        let manifest = read(&root().join(folder).join("Cargo.toml"));
+        let used = manifest.lines().filter(|line| line.starts_with("ivx-"));
+        let used: BTreeSet<&str> = used.filter_map(|line| line.split(['.', ' ', '=']).next()).collect();
+        let allowed: BTreeSet<&str> = allowed.iter().copied().collect();
+        assert!(used.is_subset(&allowed), "{folder} uses {used:?}");
+    }
+}
+
+#[test]
+fn each_foreign_crate_is_named_in_one_place() {
+    let places = [
+        ("dfdx", "library/src/nn/"),
+        ("nalgebra", "library/src/"),
+        ("pest", "grammar/src/parse"),
+        ("sled", "cache/src/hints.rs"),
+        ("miette", "cli/src/render.rs"),
+        ("clap", "cli/src/"),
+        ("indicatif", "cli/src/progress.rs"),
+        ("petgraph", "engine/src/"),
+        ("rayon", "engine/src/schedule.rs"),
+        ("safetensors", "library/op/src/artifact.rs"),
+        ("strsim", "grammar/src/suggest.rs"),
+    ];
+    let sources = sources();
+    for (name, place) in places {
+        let uses = |text: &str| {
+            let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+            text.contains(&format!("use {name}::")) || text.contains(&format!(" {name}::")) || text.contains(&format!("({name}::"))
+        };
+        for (path, text) in &sources {
+            let own = path.starts_with(place) || (name == "petgraph" && path.starts_with("cli/src/command/plan.rs"));
+            assert!(own || !uses(text), "{path} names {name}; only {place} may");
+        }
+        assert!(sources.iter().any(|(path, text)| path.starts_with(place) && uses(text)), "{name} is unused");
+    }
+}
+
+#[test]
+fn everything_declared_is_registered_and_documented() {
+    let registry = ivx_library::registry();
+    let mut declared = 0;
+    for (path, text) in sources().iter().filter(|(path, _)| path.starts_with("library/src/")) {
+        let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for line in text.lines().filter(|line| line.contains("struct ") && line.contains("\" @ ")) {
+            let name = line.split('"').nth(1).expect("the name stands between quotes");
+            assert!(registry.decl(name).is_some(), "{path}: `{name}` is declared and not registered");
+            declared += 1;
+        }
+    }
+    assert!(declared > 40, "{declared} declarations are found");
+    for decl in registry.decls() {
+        assert!(decl.docs.trim().len() > 10, "`{}` has no docs", decl.name);
+        for arg in &decl.args {
+            assert!(!arg.docs.trim().is_empty(), "`{}.{}` has no docs", decl.name, arg.name);
+        }
+    }
+}
+
+#[test]
+fn the_operations_that_the_language_needs_are_there() {
+    let registry = ivx_library::registry();
+    for name in ["add", "sub", "mul", "div", "neg", "select", "claim"] {
+        assert!(registry.decl(name).is_some(), "{name}");
+    }
+}
+
+#[test]
+fn files_answer_one_question() {
+    for (path, text) in sources() {
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let lines = code.lines().count();
+        assert!(lines <= 520, "{path} has {lines} lines without its tests");
+        assert!(text.trim_start().starts_with("//!"), "{path} does not say what it is");
+    }
+}
+
+fn sources() -> Vec<(String, String)> {
+    let mut sources = BTreeMap::new();
+    for (folder, _) in ARROWS {
+        collect(&root().join(folder).join("src"), &mut sources);
+    }
+    sources.into_iter().collect()
+}
+
+fn collect(folder: &Path, sources: &mut BTreeMap<String, String>) {
+    for entry in fs::read_dir(folder).expect("source folders can be read").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            collect(&path, sources);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let name = path.strip_prefix(root()).expect("sources lie below the root");
+            sources.insert(name.display().to_string(), read(&path));
+        }
+    }
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
