@@ -301,9 +301,9 @@ fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CacheError> {
     for entry in entries {
         let path = entry.at(folder)?.path();
         if path.is_dir() {
-            list(&path, files)?
+            list(&path, files)?;
         } else {
-            files.push(path)
+            files.push(path);
         }
     }
     Ok(())

@@ -3,6 +3,8 @@
 //! The test binary starts itself: a child runs one test of this file with its part in the
 //! environment, and does nothing when it is run as a test.
 
+#![expect(clippy::unwrap_used, reason = "a failure of the set-up fails the test")]
+
 use std::env;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::Path;
