@@ -106,10 +106,10 @@ fn a_killed_writer_loses_nothing_that_it_synced() {
         writer.wait().unwrap();
         let cache = Cache::open(root.path(), "x").unwrap();
         (0..=last).for_each(|n| assert_holds(&cache, n));
-        let lost = cache
+        let dangling = cache
             .records()
             .filter(|record| cache.objects().read(&record.output).unwrap() == Fetched::Missing);
-        assert_eq!(lost.count(), 0, "a committed record has its object");
+        assert_eq!(dangling.count(), 0, "a committed record has its object");
     }
 }
 
