@@ -360,6 +360,17 @@ mod tests {
         assert_eq!((records, troubles), (vec![record(7)], vec![]));
     }
 
+    #[test]
+    fn a_journal_not_begun_is_looked_at_again() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let (mut seen, mut records, mut troubles) = (Seen::default(), vec![], vec![]);
+        for bytes in [vec![], journal_of([record(1)].iter()).unwrap()] {
+            fs::write(&file, bytes).unwrap();
+            read(file.path(), &mut seen, &mut troubles, |r| records.push(r)).unwrap();
+        }
+        assert_eq!((records, troubles), (vec![record(1)], vec![]));
+    }
+
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error_with_the_path() {
