@@ -68,16 +68,14 @@ impl Cache {
     /// # Errors
     /// If the disk fails, or the store is of another format.
     pub fn open(root: &Path, platform: &str) -> Result<Self, CacheError> {
-        make_folders(root)?;
-        let in_use = gate(root)?;
+        let in_use = prepare(root)?;
         in_use.lock_shared().at(root)?;
         Self::load(root, platform, in_use)
     }
 
     /// The store at `root` for a sweep, or [`CacheError::Busy`] if anyone has it open.
     pub(crate) fn open_alone(root: &Path) -> Result<Self, CacheError> {
-        make_folders(root)?;
-        let in_use = gate(root)?;
+        let in_use = prepare(root)?;
         match in_use.try_lock() {
             Ok(()) => Self::load(root, "", in_use),
             Err(fs::TryLockError::WouldBlock) => Err(CacheError::Busy {
@@ -91,7 +89,6 @@ impl Cache {
     }
 
     fn load(root: &Path, platform: &str, in_use: File) -> Result<Self, CacheError> {
-        check_version(root)?;
         let mut cache = Self {
             root: root.to_owned(),
             platform: platform.to_owned(),
@@ -179,6 +176,9 @@ impl Cache {
         // By name, hence by age: the first writer's record is the first read.
         for name in names(&folder)? {
             let path = folder.join(&name);
+            if path.extension().is_none_or(|extension| extension != "log") {
+                continue;
+            }
             let seen = self.seen.entry(name).or_default();
             let (records, mut conflicts) = (&mut self.records, Vec::new());
             journal::read(&path, seen, &mut self.troubles, |record| {
@@ -245,12 +245,12 @@ impl Cache {
             records: self.records().count(),
             ..Stats::default()
         };
-        for (_, bytes) in files(&self.root.join("journal"))? {
+        for (_, bytes) in sizes(&self.root.join("journal"))? {
             stats.journals += 1;
             stats.journal_bytes += bytes;
         }
         for shelf in names(&self.root.join("objects"))? {
-            for (_, bytes) in files(&self.root.join("objects").join(shelf))? {
+            for (_, bytes) in sizes(&self.root.join("objects").join(shelf))? {
                 stats.objects += 1;
                 stats.object_bytes += bytes;
             }
@@ -288,39 +288,41 @@ fn insert(records: &mut BTreeMap<Digest, Vec<Record>>, new: Record) {
     known.insert(place, new);
 }
 
-fn make_folders(root: &Path) -> Result<(), CacheError> {
+/// Checks or makes the folders, and returns the file whose lock says who uses the store.
+fn prepare(root: &Path) -> Result<File, CacheError> {
+    let version = root.join("version");
+    let is_new = match fs::read(&version) {
+        Ok(found) if found == VERSION.as_bytes() => false,
+        Ok(found) => {
+            let found = String::from_utf8_lossy(&found).trim_end().to_owned();
+            return Err(CacheError::Version {
+                path: version,
+                found,
+                expected: VERSION.trim_end(),
+            });
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => true,
+        Err(source) => {
+            return Err(CacheError::Io {
+                path: version,
+                source,
+            });
+        }
+    };
     for folder in ["objects", "journal", "locks", "tmp", "corrupt"] {
         let folder = root.join(folder);
         fs::create_dir_all(&folder).at(&folder)?;
     }
-    Ok(())
-}
-
-/// The file whose lock says who uses the store.
-fn gate(root: &Path) -> Result<File, CacheError> {
-    let path = root.join("in-use");
+    if is_new {
+        let temporary = root.join("tmp").join(durable::unique_name());
+        durable::publish(&temporary, &version, VERSION.as_bytes())?;
+    }
+    let gate = root.join("in-use");
     File::options()
         .create(true)
         .append(true)
-        .open(&path)
-        .at(&path)
-}
-
-fn check_version(root: &Path) -> Result<(), CacheError> {
-    let path = root.join("version");
-    match fs::read(&path) {
-        Ok(found) if found == VERSION.as_bytes() => Ok(()),
-        Ok(found) => Err(CacheError::Version {
-            path,
-            found: String::from_utf8_lossy(&found).trim_end().to_owned(),
-            expected: VERSION.trim_end(),
-        }),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            let temporary = root.join("tmp").join(durable::unique_name());
-            durable::publish(&temporary, &path, VERSION.as_bytes())
-        }
-        Err(source) => Err(CacheError::Io { path, source }),
-    }
+        .open(&gate)
+        .at(&gate)
 }
 
 /// The sorted names in a folder.
@@ -333,16 +335,16 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<OsString>, CacheError> {
     Ok(names)
 }
 
-/// The files in a folder, with their sizes; those that vanish meanwhile are left out.
-pub(crate) fn files(folder: &Path) -> Result<Vec<(PathBuf, u64)>, CacheError> {
-    let mut files = Vec::new();
+/// The sorted names in a folder, with sizes; files that vanish meanwhile are left out.
+pub(crate) fn sizes(folder: &Path) -> Result<Vec<(OsString, u64)>, CacheError> {
+    let mut sizes = Vec::new();
     for name in names(folder)? {
-        let path = folder.join(name);
+        let path = folder.join(&name);
         match fs::metadata(&path) {
-            Ok(file) => files.push((path, file.len())),
+            Ok(file) => sizes.push((name, file.len())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(source) => return Err(CacheError::Io { path, source }),
         }
     }
-    Ok(files)
+    Ok(sizes)
 }

@@ -1,12 +1,13 @@
 //! What makes a run nicer and may be lost: durations, access times, run history.
 //!
-//! They lie in sled, which is named in this file only and is open for moments only. It has
-//! lost stores to crashes, and panics on bytes that it did not write, so it never sees any:
-//! a seal holds the digest of the folder as it was last closed, and a folder that doesn't
-//! match is put aside.
+//! They lie in sled, which is named in this file only and is open for moments only. Stores
+//! of it have been lost to crashes and it can panic on damaged ones, so it works on a copy
+//! that has been checked against a digest, and the copy becomes the current one only after
+//! it was closed.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::ffi::OsStr;
+use std::fs::{self, File};
 use std::io;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -21,8 +22,8 @@ use crate::{CacheError, Digest, Trouble, durable};
 
 /// Runs beyond this many are forgotten, the oldest first.
 const N_RUNS_MAX: usize = 1000;
-/// How often, and how long between, another process is awaited that has the hints open.
-const N_TRIES: usize = 20;
+/// How often, and how long between, we look whether somebody let go of a lock.
+const N_TRIES: usize = 100;
 const PATIENCE: Duration = Duration::from_millis(5);
 
 /// Durations, access times and run history. Wrong or missing ones cost time, never a result.
@@ -172,7 +173,7 @@ fn run_key(run: &Run) -> Vec<u8> {
 pub(crate) fn load(root: &Path, troubles: &mut Vec<Trouble>) -> Hints {
     let mut hints = Hints::default();
     if root.join(FOLDER).exists() {
-        with_sled(root, troubles, |db| hints.read(db));
+        with_sled(root, troubles, Keep::No, |db| hints.read(db));
     }
     hints.runs.sort();
     hints
@@ -190,7 +191,7 @@ pub(crate) fn save(hints: &mut Hints, root: &Path, troubles: &mut Vec<Trouble>) 
             None => batch.remove(key.as_slice()),
         }
     }
-    let saved = with_sled(root, troubles, |db| {
+    let saved = with_sled(root, troubles, Keep::Yes, |db| {
         db.apply_batch(batch)?;
         db.flush().map(drop)
     });
@@ -200,56 +201,55 @@ pub(crate) fn save(hints: &mut Hints, root: &Path, troubles: &mut Vec<Trouble>) 
 }
 
 const FOLDER: &str = "hints.sled";
-const SEAL: &str = "hints.seal";
+const CURRENT: &str = "current";
 
-/// Whether `work` was done with sled open; if not, the reason is among the troubles.
+/// Whether the copy that sled worked on becomes the current one.
+#[derive(Clone, Copy, PartialEq)]
+enum Keep {
+    Yes,
+    No,
+}
+
+/// Whether `work` was done with sled open on a copy of what was last kept; if not, the reason
+/// is among the troubles.
 fn with_sled(
     root: &Path,
     troubles: &mut Vec<Trouble>,
+    keep: Keep,
     work: impl FnOnce(&sled::Db) -> sled::Result<()>,
 ) -> bool {
+    let copy = root.join(FOLDER).join(durable::unique_name());
     let outcome = lock(root).and_then(|lock| {
         let Some(_lock) = lock else {
-            troubles.push(Trouble::NoHints {
+            return Err(Trouble::NoHints {
                 reason: "another process has them open".into(),
             });
-            return Ok(false);
         };
-        let (folder, seal) = (root.join(FOLDER), root.join(SEAL));
-        let sealed = fs::read_to_string(&seal).unwrap_or_default();
-        if folder.exists() && seal_of(&folder)? != sealed {
-            troubles.push(put_aside(root, "not as it was closed".into())?);
-        }
+        copy_current(root, &copy, troubles)?;
         let config = sled::Config::new()
-            .path(&folder)
+            .path(&copy)
             .mode(sled::Mode::LowSpace)
             .cache_capacity(16 << 20)
             .flush_every_ms(None);
-        let worked = panic::catch_unwind(AssertUnwindSafe(|| work(&config.open()?)));
-        let reason = match worked {
-            Ok(Ok(())) => {
-                let closed = seal_of(&folder)?;
-                if closed != sealed {
-                    let temporary = root.join("tmp").join(durable::unique_name());
-                    durable::publish(&temporary, &seal, closed.as_bytes())?;
-                }
-                return Ok(true);
-            }
-            Ok(Err(error)) => error.to_string(),
-            Err(_) => "sled panicked".into(),
-        };
-        troubles.push(put_aside(root, reason)?);
-        Ok(false)
+        match panic::catch_unwind(AssertUnwindSafe(|| work(&config.open()?))) {
+            Ok(Ok(())) if keep == Keep::Yes => make_current(root, &copy),
+            Ok(Ok(())) => Ok(()),
+            // The disk, not what lies on it.
+            Ok(Err(sled::Error::Io(error))) => Err(Trouble::NoHints {
+                reason: error.to_string(),
+            }),
+            Ok(Err(error)) => Err(put_aside(root, error.to_string())?),
+            Err(_) => Err(put_aside(root, "sled panicked".into())?),
+        }
     });
-    outcome.unwrap_or_else(|error| {
-        troubles.push(Trouble::NoHints {
-            reason: error.to_string(),
-        });
-        false
-    })
+    if keep == Keep::No || outcome.is_err() {
+        // What stays is removed when another copy is kept.
+        fs::remove_dir_all(&copy).ok();
+    }
+    outcome.map_err(|trouble| troubles.push(trouble)).is_ok()
 }
 
-fn lock(root: &Path) -> Result<Option<ActionLock>, CacheError> {
+fn lock(root: &Path) -> Result<Option<ActionLock>, Trouble> {
     let path = root.join("locks").join("hints");
     for _ in 0..N_TRIES {
         if let Some(lock) = try_lock(&path)? {
@@ -258,6 +258,67 @@ fn lock(root: &Path) -> Result<Option<ActionLock>, CacheError> {
         thread::sleep(PATIENCE);
     }
     Ok(None)
+}
+
+/// Copies the current folder, if it is as it was kept; if not, puts it aside.
+fn copy_current(root: &Path, copy: &Path, troubles: &mut Vec<Trouble>) -> Result<(), Trouble> {
+    let hints = root.join(FOLDER);
+    let current = match fs::read_to_string(hints.join(CURRENT)) {
+        Ok(current) => current,
+        // None yet, or thrown away.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return Ok(fs::create_dir_all(copy).at(copy)?);
+        }
+        // Bytes that are no text, or a file in place of the folder.
+        Err(_) => String::new(),
+    };
+    let is_whole = current.split_once(' ').is_some_and(|(name, digest)| {
+        copy_folder(&hints.join(name), copy).is_ok()
+            && digest_of(copy).is_ok_and(|found| found.to_string() == digest)
+    });
+    if !is_whole {
+        troubles.push(put_aside(root, "not as they were kept".into())?);
+        fs::create_dir_all(copy).at(copy)?;
+    }
+    Ok(())
+}
+
+/// Makes the copy the current folder. A kill leaves the old one current, or the new one.
+fn make_current(root: &Path, copy: &Path) -> Result<(), Trouble> {
+    await_closed(&copy.join("db"))?;
+    let name = copy
+        .file_name()
+        .and_then(OsStr::to_str)
+        .expect("copies have unique names");
+    let current = format!("{name} {}", digest_of(copy).at(copy)?);
+    let hints = root.join(FOLDER);
+    durable::publish(
+        &root.join("tmp").join(name),
+        &hints.join(CURRENT),
+        current.as_bytes(),
+    )?;
+    for old in paths(&hints).at(&hints)? {
+        if old != copy && old != hints.join(CURRENT) {
+            // One that stays is removed after the next change.
+            fs::remove_dir_all(old).ok();
+        }
+    }
+    Ok(())
+}
+
+/// Waits for the threads of sled, which may outlive its handle: the last one to end lets go of
+/// the lock on the file.
+fn await_closed(path: &Path) -> Result<(), Trouble> {
+    let file = File::open(path).at(path)?;
+    for _ in 0..N_TRIES {
+        if file.try_lock().is_ok() {
+            return Ok(());
+        }
+        thread::sleep(PATIENCE);
+    }
+    Err(Trouble::NoHints {
+        reason: "sled did not close".into(),
+    })
 }
 
 fn put_aside(root: &Path, reason: String) -> Result<Trouble, CacheError> {
@@ -269,44 +330,50 @@ fn put_aside(root: &Path, reason: String) -> Result<Trouble, CacheError> {
     Ok(Trouble::DamagedHints { reason, moved_to })
 }
 
-/// The digest of the names and contents of all files in a folder.
-fn seal_of(folder: &Path) -> Result<String, CacheError> {
-    let mut files = Vec::new();
-    list(folder, &mut files)?;
-    files.sort();
-    let mut hash = Sha256::new();
-    for path in files {
-        let name = path
-            .strip_prefix(folder)
-            .expect("a listed file lies inside");
-        let bytes = fs::read(&path).at(&path)?;
-        hash.update(Digest::of(name.as_os_str().as_encoded_bytes()).0);
-        hash.update(Digest::of(&bytes).0);
-    }
-    Ok(Digest(hash.finalize().into()).to_string())
-}
-
-fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CacheError> {
-    let entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
-        // Something else lies in its place.
-        Err(error) if error.kind() == io::ErrorKind::NotADirectory => return Ok(()),
-        Err(source) => {
-            return Err(CacheError::Io {
-                path: folder.to_owned(),
-                source,
-            });
-        }
-    };
-    for entry in entries {
-        let path = entry.at(folder)?.path();
+fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
+    fs::create_dir(to)?;
+    for path in paths(from)? {
+        let copy = to.join(path.file_name().expect("a listed path has a name"));
         if path.is_dir() {
-            list(&path, files)?
+            copy_folder(&path, &copy)?;
         } else {
-            files.push(path)
+            fs::copy(&path, &copy)?;
         }
     }
     Ok(())
+}
+
+/// The digest of the names and contents of a folder.
+fn digest_of(folder: &Path) -> io::Result<Digest> {
+    let mut hash = Sha256::new();
+    for path in paths(folder)? {
+        let name = path.file_name().expect("a listed path has a name");
+        let content = if path.is_dir() {
+            digest_of(&path)?
+        } else {
+            Digest::of(&fs::read(&path)?)
+        };
+        hash.update(Digest::of(name.as_encoded_bytes()).0);
+        hash.update(content.0);
+    }
+    Ok(Digest(hash.finalize().into()))
+}
+
+fn paths(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        paths.push(entry?.path());
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+impl From<CacheError> for Trouble {
+    fn from(error: CacheError) -> Self {
+        Self::NoHints {
+            reason: error.to_string(),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -415,17 +482,26 @@ mod tests {
     }
 
     #[test]
-    fn damage_anywhere_in_sled_costs_the_hints_only() {
+    fn damage_anywhere_costs_the_hints_only() {
         let root = store();
-        let folder = root.path().join(FOLDER);
+        let hints = root.path().join(FOLDER);
         save_clean(&mut some_hints(), &root);
-        let mut files = vec![];
-        list(&folder, &mut files).unwrap();
-        assert!(!files.is_empty());
-        for file in files {
+        let current = paths(&hints).unwrap().remove(0);
+        let names: Vec<_> = paths(&current)
+            .unwrap()
+            .into_iter()
+            .filter(|p| p.is_file())
+            .collect();
+        assert!(names.len() > 1);
+        for n in 0..=names.len() {
             save_clean(&mut some_hints(), &root);
-            let len = fs::metadata(&file).map_or(0, |f| f.len());
-            fs::write(&file, vec![0xA5; usize::try_from(len).unwrap() / 2 + 1]).unwrap();
+            let current = paths(&hints).unwrap().remove(0);
+            let files = paths(&current).unwrap().into_iter().filter(|p| p.is_file());
+            let file = files.chain([hints.join(CURRENT)]).nth(n).unwrap();
+            let mut bytes = fs::read(&file).unwrap();
+            bytes[0] ^= 0x80;
+            fs::remove_file(&file).unwrap();
+            fs::write(&file, bytes).unwrap();
             let mut troubles = vec![];
             assert_eq!(load(root.path(), &mut troubles), Hints::default());
             assert!(
@@ -436,6 +512,21 @@ mod tests {
         }
         save_clean(&mut some_hints(), &root);
         assert_eq!(load_clean(&root).runs(), [run(7)]);
+        assert_eq!(
+            paths(&root.path().join("tmp")).unwrap(),
+            Vec::<PathBuf>::new()
+        );
+    }
+
+    #[test]
+    fn a_save_that_was_killed_leaves_the_hints_before_it() {
+        let root = store();
+        save_clean(&mut some_hints(), &root);
+        let unfinished = root.path().join(FOLDER).join("a copy");
+        fs::create_dir(&unfinished).unwrap();
+        assert_eq!(load_clean(&root).runs(), [run(7)]);
+        save_clean(&mut some_hints(), &root);
+        assert!(!unfinished.exists());
     }
 
     #[test]

@@ -164,6 +164,10 @@ pub(crate) fn read(
             });
         }
     };
+    // The owner locks the journal before the first byte; without one, it may yet do so.
+    if file.metadata().at(path)?.len() == 0 {
+        return Ok(());
+    }
     // Asked before the length: if the owner is gone by now, the length is final.
     seen.ended = owner_is_gone(&file);
     let len = file.metadata().at(path)?.len();
@@ -268,7 +272,7 @@ mod tests {
         fs::write(&file, bytes).unwrap();
         let (mut records, mut troubles) = (vec![], vec![]);
         read(file.path(), &mut Seen::default(), &mut troubles, |r| {
-            records.push(r)
+            records.push(r);
         })
         .unwrap();
         (records, troubles)
@@ -282,7 +286,7 @@ mod tests {
         for n in 1..4 {
             journal.append(&record(n)).unwrap();
             read(journal.path(), &mut seen, &mut troubles, |r| {
-                records.push(r)
+                records.push(r);
             })
             .unwrap();
             assert_eq!(records.last(), Some(&record(n)));
@@ -349,11 +353,22 @@ mod tests {
         for half in frame.chunks(20) {
             journal.write(half).unwrap();
             read(journal.path(), &mut seen, &mut troubles, |r| {
-                records.push(r)
+                records.push(r);
             })
             .unwrap();
         }
         assert_eq!((records, troubles), (vec![record(7)], vec![]));
+    }
+
+    #[test]
+    fn a_journal_not_begun_is_looked_at_again() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let (mut seen, mut records, mut troubles) = (Seen::default(), vec![], vec![]);
+        for bytes in [vec![], journal_of([record(1)].iter()).unwrap()] {
+            fs::write(&file, bytes).unwrap();
+            read(file.path(), &mut seen, &mut troubles, |r| records.push(r)).unwrap();
+        }
+        assert_eq!((records, troubles), (vec![record(1)], vec![]));
     }
 
     #[cfg(target_os = "linux")]

@@ -51,11 +51,10 @@ impl Objects {
                 inline: Some(bytes.into()),
             });
         }
-        let path = self.path(&digest);
+        let (folder, path) = self.place(&digest);
         if !holds(&path, bytes) {
-            let folder = path.parent().expect("an object lies in a folder");
             if !folder.exists() {
-                fs::create_dir_all(folder).at(folder)?;
+                fs::create_dir_all(&folder).at(&folder)?;
                 durable::sync_folder(&self.root.join("objects"))?;
             }
             let temporary = self.root.join("tmp").join(durable::unique_name());
@@ -72,6 +71,9 @@ impl Objects {
     ///
     /// # Errors
     /// If the disk fails. A missing or damaged object is no error.
+    ///
+    /// # Panics
+    /// If inline bytes were put together by hand and don't have the digest.
     pub fn read(&self, output: &Output) -> Result<Fetched, CacheError> {
         if let Some(bytes) = &output.inline {
             assert_eq!(
@@ -81,7 +83,7 @@ impl Objects {
             );
             return Ok(Fetched::Bytes(Arc::clone(bytes)));
         }
-        let path = self.path(&output.digest);
+        let (_, path) = self.place(&output.digest);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Fetched::Missing),
@@ -102,9 +104,12 @@ impl Objects {
         }
     }
 
-    fn path(&self, digest: &Digest) -> PathBuf {
+    /// The folder and file of an object.
+    fn place(&self, digest: &Digest) -> (PathBuf, PathBuf) {
         let hex = digest.to_string();
-        self.root.join("objects").join(&hex[..2]).join(hex)
+        let folder = self.root.join("objects").join(&hex[..2]);
+        let path = folder.join(hex);
+        (folder, path)
     }
 }
 
@@ -143,7 +148,7 @@ mod tests {
                 (output.inline.is_some(), output.size),
                 (is_inline, len as u64)
             );
-            assert_eq!(objects.path(&output.digest).exists(), !is_inline);
+            assert_eq!(objects.place(&output.digest).1.exists(), !is_inline);
             assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes(bytes.into()));
         }
         assert_eq!(n_files(&root, "tmp"), 0);
@@ -164,41 +169,61 @@ mod tests {
     fn an_object_that_is_there_is_left_alone() {
         use std::os::unix::fs::MetadataExt as _;
         let (_root, objects) = store();
-        let path = objects.path(&objects.put(&[1; 5000]).unwrap().digest);
+        let path = objects.place(&objects.put(&[1; 5000]).unwrap().digest).1;
         let inode = fs::metadata(&path).unwrap().ino();
         objects.put(&[1; 5000]).unwrap();
         assert_eq!(fs::metadata(&path).unwrap().ino(), inode);
     }
 
     #[test]
-    fn a_flipped_bit_is_never_served_and_put_heals_it() {
-        let (root, objects) = store();
-        let bytes: Vec<u8> = (0..5000_u32)
-            .flat_map(u32::to_le_bytes)
-            .take(4100)
-            .collect();
-        let output = objects.put(&bytes).unwrap();
-        let path = objects.path(&output.digest);
-        for bit in (0..bytes.len() * 8).step_by(7) {
-            let mut damaged = bytes.clone();
+    fn a_flipped_bit_is_never_served() {
+        let (_root, objects) = store();
+        // Shorter than an object ever is, so that each of its bits has its turn.
+        let mut damaged: Vec<u8> = (0..100).collect();
+        let output = Output {
+            digest: Digest::of(&damaged),
+            size: 100,
+            inline: None,
+        };
+        let (folder, path) = objects.place(&output.digest);
+        fs::create_dir(folder).unwrap();
+        fs::write(&path, &damaged).unwrap();
+        let bytes = Fetched::Bytes(damaged.as_slice().into());
+        assert_eq!(objects.read(&output).unwrap(), bytes);
+        for bit in 0..damaged.len() * 8 {
             damaged[bit / 8] ^= 1 << (bit % 8);
-            fs::remove_file(&path).unwrap();
             fs::write(&path, &damaged).unwrap();
             let Fetched::Corrupt { moved_to } = objects.read(&output).unwrap() else {
                 panic!("bit {bit} was served");
             };
-            assert_eq!(fs::read(&moved_to).unwrap(), damaged);
-            assert_eq!(objects.read(&output).unwrap(), Fetched::Missing);
+            assert!(moved_to.exists() && !path.exists());
             fs::remove_file(moved_to).unwrap();
-            // Where nobody has read the damage yet, `put` finds it.
-            fs::write(&path, &damaged).unwrap();
-            assert_eq!(objects.put(&bytes).unwrap(), output);
+            damaged[bit / 8] ^= 1 << (bit % 8);
+        }
+        assert_eq!(objects.read(&output).unwrap(), Fetched::Missing);
+    }
+
+    #[test]
+    fn put_heals_an_object_whether_or_not_its_damage_was_read() {
+        let (root, objects) = store();
+        let output = objects.put(&[1; 5000]).unwrap();
+        let (_, path) = objects.place(&output.digest);
+        for (damage, is_read) in [(5000, true), (5000, false), (4999, true), (4999, false)] {
+            fs::remove_file(&path).unwrap();
+            fs::write(&path, vec![2; damage]).unwrap();
+            if is_read {
+                let Fetched::Corrupt { moved_to } = objects.read(&output).unwrap() else {
+                    panic!("damage was served");
+                };
+                assert_eq!(fs::read(moved_to).unwrap(), vec![2; damage]);
+            }
+            assert_eq!(objects.put(&[1; 5000]).unwrap(), output);
             assert_eq!(
                 objects.read(&output).unwrap(),
-                Fetched::Bytes(bytes.as_slice().into())
+                Fetched::Bytes([1; 5000].into())
             );
         }
-        assert_eq!(n_files(&root, "tmp"), 0);
+        assert_eq!((n_files(&root, "tmp"), n_files(&root, "corrupt")), (0, 2));
     }
 
     #[test]

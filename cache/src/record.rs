@@ -82,7 +82,9 @@ pub(crate) fn encode(record: &Record) -> Vec<u8> {
     put_bytes(&mut bytes, op.as_bytes());
     put_bytes(&mut bytes, node.as_bytes());
     put_len(&mut bytes, inputs.len());
-    inputs.iter().for_each(|input| bytes.extend(input.0));
+    for input in inputs {
+        bytes.extend(input.0);
+    }
     put_bytes(&mut bytes, explanation.as_bytes());
     put_bytes(&mut bytes, library.as_bytes());
     bytes.extend(millis.to_le_bytes());

@@ -5,9 +5,10 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::cache::{files, names};
+use crate::cache::{names, sizes};
 use crate::error::At as _;
 use crate::journal::journal_of;
+use crate::lock::try_lock;
 use crate::{Cache, CacheError, Digest, Record, Trouble, durable};
 
 /// What a sweep removed.
@@ -50,19 +51,23 @@ pub fn sweep(
 
     merge_journals(root, &kept)?;
     for shelf in names(&root.join("objects"))? {
-        for (path, bytes) in files(&root.join("objects").join(shelf))? {
-            let name = path.file_name().expect("a listed file has a name");
+        let shelf = root.join("objects").join(shelf);
+        for (name, bytes) in sizes(&shelf)? {
             if !name.to_str().is_some_and(|name| outputs.contains(name)) {
-                remove(&path)?;
+                remove(&shelf.join(name))?;
                 swept.objects += 1;
                 swept.bytes += bytes;
             }
         }
     }
-    for folder in ["tmp", "corrupt", "locks"] {
+    for folder in ["tmp", "corrupt"] {
         for name in names(&root.join(folder))? {
             remove(&root.join(folder).join(name))?;
         }
+    }
+    for name in names(&root.join("locks"))? {
+        // Letting go of a lock removes its file; one that is held stays.
+        drop(try_lock(&root.join("locks").join(name))?);
     }
     cache.hints().retain_uses(|key| keys.contains(key));
     cache.save_hints();

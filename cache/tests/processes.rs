@@ -3,6 +3,8 @@
 //! The test binary starts itself: a child runs one test of this file with its part in the
 //! environment, and does nothing when it is run as a test.
 
+#![expect(clippy::unwrap_used, reason = "a failure of the set-up fails the test")]
+
 use std::env;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::Path;
@@ -104,10 +106,10 @@ fn a_killed_writer_loses_nothing_that_it_synced() {
         writer.wait().unwrap();
         let cache = Cache::open(root.path(), "x").unwrap();
         (0..=last).for_each(|n| assert_holds(&cache, n));
-        let lost = cache
+        let dangling = cache
             .records()
             .filter(|record| cache.objects().read(&record.output).unwrap() == Fetched::Missing);
-        assert_eq!(lost.count(), 0, "a committed record has its object");
+        assert_eq!(dangling.count(), 0, "a committed record has its object");
     }
 }
 

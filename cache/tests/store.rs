@@ -1,5 +1,7 @@
 //! The store through its public face: what goes in comes out, for every handle, or not at all.
 
+#![expect(clippy::unwrap_used, reason = "a failure of the set-up fails the test")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
