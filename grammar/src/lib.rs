@@ -7,9 +7,13 @@ pub mod ast;
 pub mod check;
 mod diagnostic;
 pub mod ir;
+mod literal;
+mod parse;
 mod span;
 mod suggest;
 
 pub use diagnostic::{Code, Diagnostic, Label, Severity};
+pub use literal::parse_literal;
+pub use parse::parse;
 pub use span::{Span, Spanned};
 pub use suggest::suggest;

@@ -1,0 +1,476 @@
+//! pest's pairs to the syntax tree.
+
+use super::{Rule, span};
+use crate::ast::{AxisExpr, BinaryOp, Expr, ExprKind, ItemKind, LetParam, Name, TyExpr};
+use crate::{Code, Diagnostic, Span, Spanned};
+
+/// The deepest expression: later stages recurse over it.
+const DEEPEST: usize = 1000;
+
+pub(super) type Pair<'t> = pest::iterators::Pair<'t, Rule>;
+
+/// What was parsed.
+pub(super) enum Built {
+    Edition(Spanned<String>),
+    Item(ItemKind),
+}
+
+/// Builds one item.
+pub(super) struct Build<'d> {
+    file: u32,
+    /// Where the text given to pest begins in the file.
+    base: usize,
+    diagnostics: &'d mut Vec<Diagnostic>,
+}
+
+impl<'d> Build<'d> {
+    pub(super) fn new(file: u32, base: usize, diagnostics: &'d mut Vec<Diagnostic>) -> Self {
+        Self {
+            file,
+            base,
+            diagnostics,
+        }
+    }
+
+    /// The item of a rule in `item`, save `experiment`.
+    pub(super) fn item(&mut self, pair: Pair<'_>) -> Built {
+        let rule = pair.as_rule();
+        let mut parts = Parts::of(pair);
+        Built::Item(match rule {
+            Rule::edition => return Built::Edition(self.string(&parts.part())),
+            Rule::include => ItemKind::Include {
+                path: self.string(&parts.part()),
+            },
+            Rule::uses => {
+                let path = self.string(&parts.part());
+                let names: Vec<_> = parts.map(|taken| self.taken(taken)).collect();
+                ItemKind::Use {
+                    path,
+                    names: (!names.is_empty()).then_some(names),
+                }
+            }
+            Rule::profile => {
+                let name = self.name(&parts.part());
+                let sets = parts.map(|set| self.named_value(set, 0)).collect();
+                ItemKind::Profile { name, sets }
+            }
+            Rule::axis => {
+                let name = self.only_name(parts.part());
+                ItemKind::Axis {
+                    name,
+                    values: self.axis_values(parts.part()),
+                }
+            }
+            Rule::valued => {
+                let head = parts.part();
+                let value = self.expr(parts.part(), 0);
+                self.declared(head, value)
+            }
+            other => unreachable!("{other:?} is not an item"),
+        })
+    }
+
+    /// The item that `head` begins, with junk for a value up to the end of `item`.
+    pub(super) fn begun(&mut self, head: Pair<'_>, item: Span) -> ItemKind {
+        let start = self.span(&head).end.min(item.end);
+        self.declared(
+            head,
+            Expr {
+                kind: ExprKind::Junk,
+                span: Span { start, ..item },
+            },
+        )
+    }
+
+    /// The name that is the only meaningful part of `pair`.
+    pub(super) fn only_name(&mut self, pair: Pair<'_>) -> Name {
+        self.name(&Parts::of(pair).part())
+    }
+
+    fn declared(&mut self, head: Pair<'_>, value: Expr) -> ItemKind {
+        let rule = head.as_rule();
+        let mut parts = Parts::of(head);
+        match rule {
+            Rule::param_head => {
+                let name = self.name(&parts.part());
+                ItemKind::Param {
+                    name,
+                    ty: self.ty(parts.part()),
+                    value,
+                }
+            }
+            Rule::axis_head => {
+                let name = self.name(&parts.part());
+                ItemKind::Axis {
+                    name,
+                    values: AxisExpr::List(value),
+                }
+            }
+            Rule::let_head => {
+                let name = self.name(&parts.part());
+                let params = parts.next().map(|params| {
+                    Parts::of(params)
+                        .map(|param| self.let_param(param))
+                        .collect()
+                });
+                ItemKind::Let {
+                    name,
+                    params,
+                    value,
+                }
+            }
+            Rule::measure_head => ItemKind::Measure {
+                name: self.name(&parts.part()),
+                value,
+            },
+            Rule::figure_head => ItemKind::Figure {
+                name: self.string(&parts.part()),
+                value,
+            },
+            Rule::table_head => ItemKind::Table {
+                name: self.string(&parts.part()),
+                value,
+            },
+            Rule::claim_head => ItemKind::Claim {
+                name: self.string(&parts.part()),
+                value,
+            },
+            other => unreachable!("{other:?} does not begin an item"),
+        }
+    }
+
+    fn taken(&mut self, pair: Pair<'_>) -> (Name, Name) {
+        let mut parts = Parts::of(pair);
+        let theirs = self.name(&parts.part());
+        let ours = parts
+            .next()
+            .map_or_else(|| theirs.clone(), |ours| self.name(&ours));
+        (theirs, ours)
+    }
+
+    fn axis_values(&mut self, pair: Pair<'_>) -> AxisExpr {
+        let span = self.span(&pair);
+        let mut parts = Parts::of(pair);
+        let first = parts.part();
+        if first.as_rule() == Rule::labelled {
+            let labels = Parts::of(first).map(|label| {
+                let mut parts = Parts::of(label);
+                (self.string(&parts.part()), self.expr(parts.part(), 0))
+            });
+            return AxisExpr::Labelled(labels.collect(), span);
+        }
+        let start = self.expr(first, 0);
+        match parts.next() {
+            Some(end) => AxisExpr::Range(start, self.expr(end, 0)),
+            None => AxisExpr::List(start),
+        }
+    }
+
+    fn let_param(&mut self, pair: Pair<'_>) -> LetParam {
+        let mut parts = Parts::of(pair);
+        let name = self.name(&parts.part());
+        let ty = self.ty(parts.part());
+        LetParam {
+            name,
+            ty,
+            default: parts.next().map(|default| self.expr(default, 0)),
+        }
+    }
+
+    fn ty(&mut self, pair: Pair<'_>) -> TyExpr {
+        let span = self.span(&pair);
+        let mut parts = Parts::of(pair);
+        let name = self.name(&parts.part());
+        TyExpr {
+            name,
+            args: parts.map(|arg| self.ty(arg)).collect(),
+            span,
+        }
+    }
+
+    /// - `depth`: how many expressions lie around this one.
+    fn expr(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
+        let span = self.span(&pair);
+        let parts: Vec<_> = Parts::of(pair).collect();
+        // A chain of operators leans to the left, so that it is as deep as it is long.
+        let depth = depth + parts.len() / 2 + 1;
+        if depth > DEEPEST {
+            return self.too_deep(span);
+        }
+        let (mut operands, mut ops) = (Vec::new(), Vec::<Spanned<BinaryOp>>::new());
+        for part in parts {
+            if part.as_rule() == Rule::term {
+                operands.push(self.term(part, depth));
+                continue;
+            }
+            let op = Spanned {
+                value: binary_op(part.as_str()),
+                span: self.span(&part),
+            };
+            while ops
+                .last()
+                .is_some_and(|last| binds(last.value) >= binds(op.value))
+            {
+                reduce(&mut operands, &mut ops);
+            }
+            ops.push(op);
+        }
+        while !ops.is_empty() {
+            reduce(&mut operands, &mut ops);
+        }
+        operands.pop().expect("an expression has a term")
+    }
+
+    fn term(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
+        let span = self.span(&pair);
+        let mut parts: Vec<_> = Parts::of(pair).collect();
+        let depth = depth + parts.len();
+        if depth > DEEPEST {
+            return self.too_deep(span);
+        }
+        let primary = parts.iter().position(|part| part.as_rule() != Rule::minus);
+        let postfixes = parts.split_off(primary.expect("a term has a primary") + 1);
+        let primary = parts.pop().expect("the primary is the last that is left");
+        let mut minuses = parts;
+        let mut expr = if matches!(primary.as_rule(), Rule::int | Rule::float) {
+            self.number(&primary, minuses.pop())
+        } else {
+            self.primary(primary, depth)
+        };
+        for postfix in postfixes {
+            let span = expr.span.to(self.span(&postfix));
+            let (base, rule) = (Box::new(expr), postfix.as_rule());
+            let mut parts = Parts::of(postfix);
+            let kind = if rule == Rule::field {
+                ExprKind::Field {
+                    base,
+                    name: self.name(&parts.part()),
+                }
+            } else {
+                ExprKind::Select {
+                    base,
+                    at: parts.map(|at| self.named_value(at, depth)).collect(),
+                }
+            };
+            expr = Expr { kind, span };
+        }
+        for minus in minuses.iter().rev() {
+            let span = self.span(minus).to(expr.span);
+            expr = Expr {
+                kind: ExprKind::Negate(Box::new(expr)),
+                span,
+            };
+        }
+        expr
+    }
+
+    /// A literal number, with the minus before it.
+    fn number(&mut self, pair: &Pair<'_>, minus: Option<Pair<'_>>) -> Expr {
+        let mut span = self.span(pair);
+        let mut digits = pair.as_str().replace('_', "");
+        if let Some(minus) = minus {
+            span = self.span(&minus).to(span);
+            digits.insert(0, '-');
+        }
+        let (kind, limits) = if pair.as_rule() == Rule::int {
+            let limits = format!("an `Int` lies from {} to {}", i64::MIN, i64::MAX);
+            (digits.parse().ok().map(ExprKind::Int), limits)
+        } else {
+            let value: Option<f64> = digits.parse().ok().filter(|value: &f64| value.is_finite());
+            (
+                value.map(ExprKind::Float),
+                format!("a `Float` lies from {:e} to {:e}", f64::MIN, f64::MAX),
+            )
+        };
+        let kind = kind.unwrap_or_else(|| {
+            let fault = Diagnostic::new(Code::Number, span, "the number is too large", "too large");
+            self.diagnostics.push(fault.help(limits));
+            ExprKind::Junk
+        });
+        Expr { kind, span }
+    }
+
+    fn primary(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
+        let span = self.span(&pair);
+        let kind = match pair.as_rule() {
+            Rule::bool => ExprKind::Bool(pair.as_str() == "true"),
+            Rule::string => ExprKind::Str(self.string(&pair).value),
+            Rule::list => ExprKind::List(
+                Parts::of(pair)
+                    .map(|element| self.expr(element, depth))
+                    .collect(),
+            ),
+            Rule::parens => {
+                let inner = self.expr(Parts::of(pair).part(), depth);
+                return Expr { span, ..inner };
+            }
+            Rule::named => {
+                let mut parts = Parts::of(pair);
+                let name = self.name(&parts.part());
+                match parts.next() {
+                    Some(args) => {
+                        let args = Parts::of(args).map(|arg| self.arg(arg, depth)).collect();
+                        ExprKind::Call { name, args }
+                    }
+                    None => ExprKind::Name(name.value),
+                }
+            }
+            other => unreachable!("{other:?} is not a primary expression"),
+        };
+        Expr { kind, span }
+    }
+
+    fn arg(&mut self, pair: Pair<'_>, depth: usize) -> (Option<Name>, Expr) {
+        let mut parts = Parts::of(pair);
+        let first = parts.part();
+        if first.as_rule() == Rule::name {
+            (Some(self.name(&first)), self.expr(parts.part(), depth))
+        } else {
+            (None, self.expr(first, depth))
+        }
+    }
+
+    /// `name: value` or `name = value`.
+    fn named_value(&mut self, pair: Pair<'_>, depth: usize) -> (Name, Expr) {
+        let mut parts = Parts::of(pair);
+        (self.name(&parts.part()), self.expr(parts.part(), depth))
+    }
+
+    fn name(&self, pair: &Pair<'_>) -> Name {
+        Name {
+            value: pair.as_str().to_owned(),
+            span: self.span(pair),
+        }
+    }
+
+    fn string(&self, pair: &Pair<'_>) -> Spanned<String> {
+        let quoted = pair.as_str();
+        let mut value = String::new();
+        let mut chars = quoted[1..quoted.len() - 1].chars();
+        while let Some(c) = chars.next() {
+            value.push(match (c, if c == '\\' { chars.next() } else { None }) {
+                (_, Some('n')) => '\n',
+                (_, Some('t')) => '\t',
+                (_, Some(escaped)) => escaped,
+                (plain, None) => plain,
+            });
+        }
+        Spanned {
+            value,
+            span: self.span(pair),
+        }
+    }
+
+    fn too_deep(&mut self, span: Span) -> Expr {
+        let message = format!("an expression is deeper than {DEEPEST} operators and brackets");
+        let fault = Diagnostic::new(Code::Syntax, span, message, "too deep")
+            .help("give its parts names with `let`");
+        self.diagnostics.push(fault);
+        Expr {
+            kind: ExprKind::Junk,
+            span,
+        }
+    }
+
+    fn span(&self, pair: &Pair<'_>) -> Span {
+        span(
+            self.file,
+            self.base + pair.as_span().start(),
+            self.base + end(pair),
+        )
+    }
+}
+
+/// The byte after the last token of `pair`; pest's own span goes on over blanks where a repetition
+/// or option at its end matched nothing.
+pub(super) fn end(pair: &Pair<'_>) -> usize {
+    let mut last = pair.clone();
+    while let Some(inner) = last.clone().into_inner().next_back() {
+        last = inner;
+    }
+    last.as_span().end()
+}
+
+/// The parts of a pair that mean something: no punctuation.
+struct Parts<'t>(std::iter::Filter<pest::iterators::Pairs<'t, Rule>, fn(&Pair<'t>) -> bool>);
+
+impl<'t> Parts<'t> {
+    fn of(pair: Pair<'t>) -> Self {
+        Self(pair.into_inner().filter(means_something))
+    }
+
+    /// The next part, where the grammar has one.
+    fn part(&mut self) -> Pair<'t> {
+        self.next().expect("the grammar has a part here")
+    }
+}
+
+impl<'t> Iterator for Parts<'t> {
+    type Item = Pair<'t>;
+
+    fn next(&mut self) -> Option<Pair<'t>> {
+        self.0.next()
+    }
+}
+
+fn means_something(pair: &Pair<'_>) -> bool {
+    !matches!(
+        pair.as_rule(),
+        Rule::lparen
+            | Rule::rparen
+            | Rule::lbracket
+            | Rule::rbracket
+            | Rule::lbrace
+            | Rule::rbrace
+            | Rule::langle
+            | Rule::rangle
+            | Rule::comma
+            | Rule::colon
+            | Rule::equals
+            | Rule::dot
+            | Rule::dots
+            | Rule::as_word
+    )
+}
+
+/// Joins the last two operands with the last operator.
+fn reduce(operands: &mut Vec<Expr>, ops: &mut Vec<Spanned<BinaryOp>>) {
+    let message = "between two operands stands an operator";
+    let (right, left) = (
+        operands.pop().expect(message),
+        operands.pop().expect(message),
+    );
+    let op = ops.pop().expect(message);
+    let span = left.span.to(right.span);
+    let kind = ExprKind::Binary {
+        op,
+        left: Box::new(left),
+        right: Box::new(right),
+    };
+    operands.push(Expr { kind, span });
+}
+
+/// How tightly an operator binds.
+fn binds(op: BinaryOp) -> u8 {
+    match op {
+        BinaryOp::Mul | BinaryOp::Div => 2,
+        BinaryOp::Add | BinaryOp::Sub => 1,
+        _ => 0,
+    }
+}
+
+fn binary_op(symbol: &str) -> BinaryOp {
+    match symbol {
+        "+" => BinaryOp::Add,
+        "-" => BinaryOp::Sub,
+        "*" => BinaryOp::Mul,
+        "/" => BinaryOp::Div,
+        "<" => BinaryOp::Less,
+        "<=" => BinaryOp::AtMost,
+        ">" => BinaryOp::Greater,
+        ">=" => BinaryOp::AtLeast,
+        "==" => BinaryOp::Equal,
+        "!=" => BinaryOp::Unequal,
+        other => unreachable!("`{other}` is not an operator"),
+    }
+}

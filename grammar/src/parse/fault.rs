@@ -1,0 +1,394 @@
+//! What pest could not read, in the user's words.
+
+use super::{Rule, scan, span};
+use crate::{Code, Diagnostic, suggest};
+use pest::error::{Error, ErrorVariant, InputLocation};
+
+/// A fault of syntax.
+pub(super) struct Fault {
+    /// Where.
+    pub(super) place: usize,
+    end: usize,
+    message: String,
+    label: String,
+    help: Option<String>,
+    /// A bracket on another line that is still open here.
+    opened: Option<usize>,
+}
+
+impl Fault {
+    /// A fault of the token at `place`.
+    pub(super) fn plain(text: &str, place: usize, message: impl Into<String>) -> Self {
+        let end = scan::token_end(text, place);
+        let label = if end == place {
+            "here"
+        } else {
+            "not understood"
+        };
+        Self {
+            place,
+            end,
+            message: message.into(),
+            label: label.to_owned(),
+            help: None,
+            opened: None,
+        }
+    }
+
+    /// Why the item that begins at `start` with `word` does not parse.
+    pub(super) fn of(text: &str, start: usize, word: &str, error: &Error<Rule>) -> Self {
+        let place = start + place(error);
+        let ErrorVariant::ParsingError { positives, .. } = &error.variant else {
+            // pest saw the stack run out.
+            return Self::plain(text, place, format!("this `{word}` is nested too deeply"));
+        };
+        let open = scan::unclosed(text, start, place)
+            .unwrap_or_default()
+            .last()
+            .copied();
+        let context = Context {
+            text,
+            word,
+            place,
+            found: token(text, place),
+            positives,
+            open,
+        };
+        context.explain()
+    }
+
+    /// Why no item begins at `place`.
+    pub(super) fn no_item(text: &str, place: usize) -> Self {
+        let found = token(text, place);
+        let plain = |message: String| Self::plain(text, place, message);
+        match found {
+            "}" => plain("this `}` closes nothing".to_owned()).label("no block is open"),
+            "published" => plain(not_yet("`published`")).label("not known yet"),
+            _ => {
+                let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
+                let known = scan::ITEM_WORDS
+                    .into_iter()
+                    .filter(|word| *word != "published");
+                let help = if word {
+                    suggest(found, known)
+                } else {
+                    habit(found)
+                };
+                plain(format!("expected an item, found {}", shown(found)))
+                    .label("no item begins so")
+                    .help(help)
+            }
+        }
+    }
+
+    pub(super) fn diagnostic(&self, text: &str, file: u32) -> Diagnostic {
+        let place = span(file, self.place, self.end);
+        let diagnostic = Diagnostic::new(Code::Syntax, place, &self.message, &self.label)
+            .maybe_help(self.help.clone());
+        match self.opened {
+            Some(open) => {
+                let label = format!("this `{}` is still open", &text[open..=open]);
+                diagnostic.also(span(file, open, open + 1), label)
+            }
+            None => diagnostic,
+        }
+    }
+
+    fn label(self, label: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            ..self
+        }
+    }
+
+    fn help(self, help: Option<String>) -> Self {
+        Self { help, ..self }
+    }
+}
+
+/// Brackets that are nested too deeply at `place`.
+pub(super) fn nesting(file: u32, place: usize) -> Diagnostic {
+    let message = format!("brackets are nested more deeply than {}", scan::DEEPEST);
+    Diagnostic::new(
+        Code::Nesting,
+        span(file, place, place + 1),
+        message,
+        "one too many",
+    )
+    .help("give the inner parts names with `let`")
+}
+
+/// The byte of the slice given to pest at which it failed.
+pub(super) fn place(error: &Error<Rule>) -> usize {
+    match error.location {
+        InputLocation::Pos(place) | InputLocation::Span((place, _)) => place,
+    }
+}
+
+struct Context<'a> {
+    text: &'a str,
+    /// The item's first word.
+    word: &'a str,
+    place: usize,
+    found: &'a str,
+    positives: &'a [Rule],
+    /// The innermost bracket that is open at the place.
+    open: Option<usize>,
+}
+
+impl Context<'_> {
+    fn explain(&self) -> Fault {
+        let phrases = phrases(self.positives);
+        let wants = |phrase: &str| phrases.contains(&phrase);
+        let plain = |message: String| Fault::plain(self.text, self.place, message);
+        let names = wants("a name") || wants("an expression");
+        if let Some(fault) = self.string_fault() {
+            return fault;
+        }
+        if self.found == "match" && wants("an expression") {
+            return plain(not_yet("`match`")).label("not known yet");
+        }
+        if self.found == "(" && self.word == "axis" && self.positives.contains(&Rule::equals) {
+            return plain(not_yet("an axis with fields")).label("not known yet");
+        }
+        if scan::is_reserved(self.found) && names && !self.begins_item() {
+            let message = format!("`{}` is a reserved word and cannot be a name", self.found);
+            return plain(message).label("reserved");
+        }
+        let compares = matches!(self.found, "<" | "<=" | ">" | ">=" | "==" | "!=");
+        let arith_only =
+            self.positives.contains(&Rule::arith) && !self.positives.contains(&Rule::compare);
+        if compares && arith_only {
+            let help = "write two comparisons, each with its own two sides";
+            return plain("comparisons do not chain".to_owned())
+                .label("a second comparison")
+                .help(Some(help.to_owned()));
+        }
+        let expected = listed(&phrases);
+        let mut fault = plain(format!("expected {expected}, found {}", shown(self.found)))
+            .label(format!("expected {expected}"))
+            .help(self.advice(&wants).or_else(|| habit(self.found)));
+        let closes = wants("`)`") || wants("`]`") || wants("`}`");
+        fault.opened = self
+            .open
+            .filter(|open| closes && self.text[*open..self.place].contains('\n'));
+        fault
+    }
+
+    /// A string that is not closed, or holds an escape that is none.
+    fn string_fault(&self) -> Option<Fault> {
+        let string = self.found.strip_prefix('"')?;
+        let mut inner = string.char_indices();
+        while let Some((at, c)) = inner.next() {
+            match c {
+                '"' => return None,
+                '\\' => {
+                    let escaped = inner.next().map_or(' ', |(_, escaped)| escaped);
+                    if !matches!(escaped, '"' | '\\' | 'n' | 't') {
+                        let place = self.place + 1 + at;
+                        let help = "known are `\\\"`, `\\\\`, `\\n` and `\\t`";
+                        let fault =
+                            Fault::plain(self.text, place, format!("unknown escape `\\{escaped}`"))
+                                .label("no such escape")
+                                .help(Some(help.to_owned()));
+                        let end = (place + 1 + escaped.len_utf8()).min(self.text.len());
+                        return Some(Fault { end, ..fault });
+                    }
+                }
+                _ => {}
+            }
+        }
+        let help = "end it with `\"` on the same line; a line break within is written `\\n`";
+        let fault = Fault::plain(
+            self.text,
+            self.place,
+            "this string is not closed".to_owned(),
+        )
+        .label("begins here")
+        .help(Some(help.to_owned()));
+        Some(fault)
+    }
+
+    /// How to mend a common mistake.
+    fn advice(&self, wants: &impl Fn(&str) -> bool) -> Option<String> {
+        let before = self.text[..self.place].trim_end();
+        let quotable = self.found.starts_with(|c: char| c.is_ascii_alphanumeric());
+        let bracket = self.open.map(|open| &self.text[open..=open]);
+        let advice = match (self.word, self.found) {
+            ("claim", "=") if wants("`:`") => "write `claim \"in words\" : left < right`",
+            ("param", "=") if wants("`:`") => {
+                "a parameter names its type: `param members: Int = 32`"
+            }
+            (_, "=") if matches!(bracket, Some("(" | "[")) => {
+                "what stands in brackets is named with `:`, as in `f(steps: 100)`"
+            }
+            ("let", ":") if wants("`=`") => "a `let` names no type: write `let x = 1`",
+            (_, ":" | "==") if wants("`=`") => "write `=`",
+            ("claim", _) if quotable && wants("a string") => {
+                "what is claimed stands in quotes: `claim \"in words\" : left < right`"
+            }
+            ("edition", _) if wants("a string") => "write `edition \"2026\"`",
+            ("use" | "include", _) if quotable && wants("a string") => {
+                "the path stands in quotes: `\"file.ivx\"`"
+            }
+            ("axis", _) if quotable && wants("a string") => "a label stands in quotes",
+            (_, _) if quotable && wants("a string") => "its name stands in quotes",
+            (_, ")" | "]" | "}") if self.open.is_none() => "it closes nothing",
+            (_, found) if found.starts_with('"') && wants("a name") => {
+                if before.ends_with('[') {
+                    "name the axis too: `x[ke: \"WCM\"]`"
+                } else {
+                    "a name stands without quotes"
+                }
+            }
+            (_, ".") if before.ends_with(|c: char| c.is_ascii_digit()) => {
+                "a number has digits on both sides of its point: `1.0`"
+            }
+            (_, ".") if wants("an expression") => {
+                "a number has digits on both sides of its point: `0.5`"
+            }
+            (_, found) if found.len() > 1 && found.starts_with(|c: char| c.is_ascii_digit()) => {
+                "a name begins with a letter, and a number holds none but an exponent's `e`"
+            }
+            _ => return None,
+        };
+        Some(advice.to_owned())
+    }
+
+    /// Whether what was found seems to be the next item: it is on a new line, and in brackets it
+    /// names something as an item would.
+    fn begins_item(&self) -> bool {
+        let before = &self.text[..self.place];
+        before[before.trim_end().len()..].contains('\n')
+            && (self.open.is_none()
+                || scan::names_something(self.text, self.place + self.found.len()))
+    }
+}
+
+/// How to mend what comes from the habits of other languages.
+fn habit(found: &str) -> Option<String> {
+    let advice = match found.chars().next()? {
+        ';' => "an item needs no `;`",
+        '\'' | '“' | '”' | '„' | '‘' | '’' | '`' => {
+            "strings stand in plain double quotes: `\"`"
+        }
+        '#' => "a comment begins with `//`",
+        c if c.is_alphabetic() && !c.is_ascii() => "a name is made of `A` to `z`, digits and `_`",
+        _ => return None,
+    };
+    Some(advice.to_owned())
+}
+
+fn not_yet(what: &str) -> String {
+    format!("{what} is not part of this version yet")
+}
+
+fn token(text: &str, place: usize) -> &str {
+    &text[place..scan::token_end(text, place)]
+}
+
+/// A token as it stands in a message.
+fn shown(token: &str) -> String {
+    const LONGEST: usize = 24;
+    match token.chars().next() {
+        None => "the end of the file".to_owned(),
+        Some(c) if c.is_control() || (c.is_whitespace()) => format!("U+{:04X}", u32::from(c)),
+        Some(_) if token.chars().nth(LONGEST).is_some() => {
+            let start: String = token.chars().take(LONGEST).collect();
+            format!("`{start}…`")
+        }
+        Some('`') => "a backquote".to_owned(),
+        Some(_) => format!("`{token}`"),
+    }
+}
+
+/// `a`, `a or b`, `a, b or c`.
+fn listed(phrases: &[&str]) -> String {
+    match phrases {
+        [] => "something else".to_owned(),
+        [one] => (*one).to_owned(),
+        [most @ .., last] => format!("{} or {last}", most.join(", ")),
+    }
+}
+
+/// What the rules tried ask for, the most useful first, and operators only where nothing else is
+/// asked for.
+fn phrases(rules: &[Rule]) -> Vec<&'static str> {
+    let mut ranked: Vec<(u8, &str)> = rules.iter().filter_map(|rule| phrase(*rule)).collect();
+    ranked.sort_unstable();
+    ranked.dedup();
+    let expression = ranked.iter().any(|(_, phrase)| *phrase == "an expression");
+    let best = ranked.first().map_or(0, |(rank, _)| rank / 10);
+    let told = |(rank, phrase): &(u8, &str)| {
+        rank / 10 == best && !(expression && matches!(*phrase, "a name" | "a string"))
+    };
+    ranked.retain(told);
+    ranked.truncate(4);
+    ranked.into_iter().map(|(_, phrase)| phrase).collect()
+}
+
+/// The rank and name of what a rule asks for. Ranks below 10 shut the others out.
+fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
+    Some(match rule {
+        Rule::equals => (0, "`=`"),
+        Rule::name | Rule::set | Rule::at | Rule::taken | Rule::let_param => (1, "a name"),
+        Rule::string | Rule::label => (1, "a string"),
+        Rule::ty | Rule::ty_name => (1, "a type"),
+        Rule::expr
+        | Rule::term
+        | Rule::minus
+        | Rule::float
+        | Rule::int
+        | Rule::bool
+        | Rule::list
+        | Rule::parens
+        | Rule::named
+        | Rule::arg
+        | Rule::axis_values
+        | Rule::digits
+        | Rule::exponent => (1, "an expression"),
+        Rule::comma => (2, "`,`"),
+        Rule::rparen => (3, "`)`"),
+        Rule::rbracket => (3, "`]`"),
+        Rule::rbrace => (3, "`}`"),
+        Rule::rangle => (3, "`>`"),
+        Rule::colon => (4, "`:`"),
+        Rule::lbrace | Rule::labelled => (5, "`{`"),
+        Rule::dots => (10, "`..`"),
+        Rule::arith | Rule::compare => (11, "an operator"),
+        Rule::as_word => (11, "`as`"),
+        Rule::langle => (11, "`<`"),
+        Rule::end | Rule::EOI | Rule::item_word => (12, "the next item"),
+        Rule::edition
+        | Rule::uses
+        | Rule::include
+        | Rule::profile
+        | Rule::experiment
+        | Rule::axis
+        | Rule::valued
+        | Rule::whole
+        | Rule::alone
+        | Rule::begun
+        | Rule::item
+        | Rule::head
+        | Rule::param_head
+        | Rule::axis_head
+        | Rule::let_head
+        | Rule::measure_head
+        | Rule::figure_head
+        | Rule::table_head
+        | Rule::claim_head => (12, "an item"),
+        // Always one of several ways on; the others say more.
+        Rule::lparen
+        | Rule::lbracket
+        | Rule::dot
+        | Rule::params
+        | Rule::args
+        | Rule::select
+        | Rule::field
+        | Rule::letter
+        | Rule::reserved
+        | Rule::WHITESPACE
+        | Rule::COMMENT => return None,
+    })
+}
