@@ -3,7 +3,9 @@
 mod dataset;
 mod decision;
 mod model;
+mod posterior;
 
 pub use dataset::Dataset;
 pub use decision::Decision;
 pub use model::{Model, NetModel};
+pub use posterior::Posterior;

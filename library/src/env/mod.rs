@@ -1,8 +1,133 @@
-//! TODO(owner): one line that says what lives here.
+//! Worlds: what agents choose from, what rewards them, and where data come from.
 
-use ivx_op::Registry;
+mod belief;
+mod boxes;
+mod grid;
+mod grids;
+mod interval;
+mod intervals;
+mod lottery;
+mod reward_at;
+mod sample;
+mod sinusoids;
+mod support_distance;
+
+use std::fmt::Debug;
+use std::sync::LazyLock;
+
+use ivx_op::{Array, Dim, Labels, OpError, Parts, Registry, family};
+
+pub use belief::BeliefOver;
+pub use boxes::Boxes;
+pub use grid::Grid;
+pub use grids::Grids;
+pub use interval::Interval;
+pub use intervals::Intervals;
+pub use lottery::Discrete;
+pub use reward_at::RewardAt;
+pub use sample::Sample;
+pub use sinusoids::Sinusoids;
+pub use support_distance::SupportDistance;
+
+/// A reward that is uncertain by chance.
+pub trait Lottery: Debug + Send + Sync {
+    /// Outcomes, and as many probabilities, which sum to one.
+    ///
+    /// # Errors
+    /// If the description is no distribution.
+    fn atoms(&self) -> Result<(&[f64], &[f64]), OpError>;
+}
+
+/// Lotteries, and as many weights, which sum to one.
+pub type Weighted<'a> = (&'a [Box<dyn Lottery>], Vec<f64>);
+
+/// What an agent thinks the lottery behind an action may be.
+pub trait Belief: Debug + Send + Sync {
+    /// The lotteries it holds possible, with their probabilities.
+    ///
+    /// # Errors
+    /// If the description is no distribution.
+    fn models(&self) -> Result<Weighted<'_>, OpError>;
+}
+
+/// A choice between actions.
+pub trait Problem: Debug + Send + Sync {
+    /// Each action with the agent's belief about its reward.
+    fn actions(&self) -> Vec<(&'static str, &dyn Belief)>;
+}
+
+/// The reward of a scalar action.
+pub trait Reward: Debug + Send + Sync {
+    /// The mean reward of action `a`.
+    fn mean(&self, a: f64) -> f64;
+}
+
+/// A part of the real line.
+pub trait Region: Debug + Send + Sync {
+    /// The intervals `[low, high]` whose union it is.
+    ///
+    /// # Errors
+    /// If an interval ends before it starts.
+    fn intervals(&self) -> Result<Vec<(f64, f64)>, OpError>;
+}
+
+/// A list of places.
+pub trait Points: Debug + Send + Sync {
+    /// The places, in order.
+    ///
+    /// # Errors
+    /// If the description names no places.
+    fn points(&self) -> Result<Vec<f64>, OpError>;
+}
+
+macro_rules! tables {
+    ($($table:ident: $family:ident = $name:literal { $($part:ty),+ })+) => {$(
+        family!(dyn $family, $name, $table);
+
+        fn $table() -> &'static Parts<dyn $family> {
+            static TABLE: LazyLock<Parts<dyn $family>> = LazyLock::new(|| {
+                Parts::<dyn $family>::new()$(.with(|part: $part| Box::new(part)))+
+            });
+            &TABLE
+        }
+    )+};
+}
+
+tables! {
+    lotteries: Lottery = "Lottery" { Discrete }
+    beliefs: Belief = "Belief" { BeliefOver }
+    problems: Problem = "Problem" { Boxes }
+    rewards: Reward = "Reward" { Sinusoids }
+    regions: Region = "Region" { Interval, Intervals }
+    places: Points = "Points" { Grid, Grids }
+}
+
+/// Values at places, over the dimension `x`.
+pub(crate) fn curve(points: Vec<f64>, values: Vec<f64>) -> Array {
+    Array::series(Dim::new("x", Labels::Numbers(points)), values)
+}
+
+/// Fails unless the weights sum to one, up to rounding.
+fn distribution(what: &str, weights: &[f64]) -> Result<(), OpError> {
+    let total: f64 = weights.iter().sum();
+    if (total - 1.0).abs() > 1e-9 {
+        return Err(OpError::Failed(format!(
+            "the {what} sum to {total}, not to 1"
+        )));
+    }
+    Ok(())
+}
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
+        .parts(lotteries())
+        .parts(beliefs())
+        .parts(problems())
+        .parts(rewards())
+        .parts(regions())
+        .parts(places())
+        .op::<Sample>()
+        .op::<RewardAt>()
+        .op::<SupportDistance>()
 }

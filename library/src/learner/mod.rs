@@ -1,10 +1,27 @@
 //! How models are learned from data.
 
-use std::fmt::Debug;
+mod features;
+mod infer;
+mod linear;
+mod predict;
+mod prior;
+mod train;
 
-use ivx_op::{Ctx, OpError, Registry};
+use std::fmt::Debug;
+use std::sync::LazyLock;
+
+use ivx_op::{Ctx, OpError, Parts, Registry, family};
 
 use crate::artifact::{Dataset, Model};
+
+pub use features::{Features, Polynomial};
+pub use infer::{
+    Infer, Inference, LinearBayes, LogEvidence, PosteriorStd, PredictiveMean, PredictiveStd,
+};
+pub use linear::{LinearMap, LinearMle};
+pub use predict::Predict;
+pub use prior::{Normal, Prior};
+pub use train::Train;
 
 /// Learns a model from data.
 pub trait Learner: Debug + Send + Sync {
@@ -15,7 +32,106 @@ pub trait Learner: Debug + Send + Sync {
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError>;
 }
 
+family!(dyn Learner, "Learner", learners);
+
+fn learners() -> &'static Parts<dyn Learner> {
+    static TABLE: LazyLock<Parts<dyn Learner>> = LazyLock::new(|| {
+        Parts::<dyn Learner>::new()
+            .with(|learner: LinearMle| Box::new(learner))
+            .with(|learner: LinearMap| Box::new(learner))
+    });
+    &TABLE
+}
+
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
+        .parts(learners())
+        .parts(features::table())
+        .parts(prior::table())
+        .parts(infer::table())
+        .op::<Train>()
+        .op::<Predict>()
+        .op::<Infer>()
+        .op::<PredictiveMean>()
+        .op::<PredictiveStd>()
+        .op::<PosteriorStd>()
+        .op::<LogEvidence>()
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::{Array, Artifact as _, Bytes, Call, Gathered, Lit, Part};
+
+    use super::*;
+
+    /// Runs an operation by name, its defaults filled in as the checker does.
+    fn run(op: &'static str, args: &[(&str, Lit)], ports: &[(&str, &Bytes)]) -> Bytes {
+        let registry = crate::registry();
+        let mut call = Call::default();
+        for arg in &registry.decl(op).unwrap().args {
+            let given = args.iter().find(|(name, _)| *name == arg.name);
+            if let Some(lit) = given.map(|(_, lit)| lit).or(arg.default.as_ref()) {
+                call.args
+                    .insert(arg.name.to_owned(), registry.complete_lit(lit));
+            }
+        }
+        for (name, bytes) in ports {
+            let values = vec![Bytes::clone(bytes)];
+            let one = Gathered {
+                dims: vec![],
+                values,
+                name: String::new(),
+            };
+            call.ports.insert((*name).to_owned(), vec![one]);
+        }
+        registry
+            .run(
+                op,
+                &call,
+                &Ctx {
+                    op,
+                    seed: 0,
+                    member: None,
+                },
+            )
+            .unwrap()
+    }
+
+    #[test]
+    fn a_study_runs_by_name_on_defaults() {
+        // Within the data: beyond them the highest prediction is an extrapolation.
+        let grid = || {
+            Part::new("grid")
+                .with("low", -0.8)
+                .with("high", 0.8)
+                .with("points", 101)
+        };
+        let features = Part::new("polynomial").with("degree", 20);
+        let curve = || Part::new("sinusoids");
+        let data = run(
+            "sample",
+            &[("reward", curve().into()), ("n", 25.into())],
+            &[],
+        );
+
+        let learner = Part::new("linear_map").with("features", features.clone());
+        let model = run("train", &[("learner", learner.into())], &[("on", &data)]);
+        let among = [("ke", Part::new("wcm").into()), ("among", grid().into())];
+        let decision = run("argmax", &among, &[("model", &model)]);
+        let regret = run(
+            "regret",
+            &[("under", curve().into())],
+            &[("decision", &decision)],
+        );
+        let regret = Array::decode(&regret).unwrap().values[0];
+        assert!((0.0..0.3).contains(&regret), "{regret}");
+
+        let bayes = Part::new("linear_bayes").with("features", features);
+        let posterior = run("infer", &[("model", bayes.into())], &[("on", &data)]);
+        let at = [("at", grid().into())];
+        let mean = run("predictive_mean", &at, &[("posterior", &posterior)]);
+        // The most probable model is the mean one.
+        assert_eq!(mean, run("predict", &at, &[("model", &model)]));
+    }
 }

@@ -1,1 +1,7 @@
-//! Pure functions.
+//! Pure functions on numbers.
+
+pub mod interval;
+pub mod linear_gaussian;
+pub mod moments;
+pub mod order;
+pub mod tail;

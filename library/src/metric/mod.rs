@@ -1,8 +1,74 @@
-//! TODO(owner): one line that says what lives here.
+//! Measures, their arithmetic and reductions, and claims about them.
 
-use ivx_op::Registry;
+mod arithmetic;
+mod broadcast;
+mod claim;
+mod equivalent;
+mod gap;
+mod mixture_std;
+mod quantile;
+mod reduce;
+mod rmse;
+mod select;
+mod sort;
+
+use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
+
+use crate::math::moments::real;
+
+pub use arithmetic::{Add, Div, Mul, Neg, Sub};
+pub use claim::Claim;
+pub use equivalent::Equivalent;
+pub use gap::{Hallucination, Regret};
+pub use mixture_std::MixtureStd;
+pub use quantile::Quantile;
+pub use reduce::{Iqm, Max, Mean, Median, Min, Std, Stderr};
+pub use rmse::Rmse;
+pub use select::Select;
+pub use sort::Sort;
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
+        .op::<Mean>()
+        .op::<Median>()
+        .op::<Iqm>()
+        .op::<Std>()
+        .op::<Stderr>()
+        .op::<Min>()
+        .op::<Max>()
+        .op::<Quantile>()
+        .op::<Sort>()
+        .op::<Add>()
+        .op::<Sub>()
+        .op::<Mul>()
+        .op::<Div>()
+        .op::<Neg>()
+        .op::<Select>()
+        .op::<Regret>()
+        .op::<Hallucination>()
+        .op::<Rmse>()
+        .op::<Equivalent>()
+        .op::<MixtureStd>()
+        .op::<Claim>()
+}
+
+/// The labels `0, …, n − 1`.
+fn count_labels(n: usize) -> Labels {
+    Labels::Numbers((0..n).map(real).collect())
+}
+
+/// Joins the members' numbers at each coordinate into one.
+///
+/// # Errors
+/// If the members differ in their dimensions.
+fn over_members(members: &[Array], join: impl Fn(&[f64]) -> f64) -> Result<Array, OpError> {
+    let member = Dim::new("#member", count_labels(members.len()));
+    let gathered = Gathered {
+        dims: vec![member],
+        values: members.to_vec(),
+        name: String::new(),
+    };
+    let stacked = Array::stack(&gathered).map_err(OpError::Failed)?;
+    reduce::reduce(&stacked, &["#member".to_owned()], join)
 }

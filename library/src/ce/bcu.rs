@@ -1,0 +1,19 @@
+//! The best reward.
+
+use ivx_op::declare;
+
+use super::CertaintyEquivalent;
+use crate::math::tail::support;
+
+declare! {
+    /// Best-case utility (Eqn. 2.3): the highest outcome that is possible. Seeks risk.
+    pub struct Bcu = "bcu" @ 1 {}
+}
+
+impl CertaintyEquivalent for Bcu {
+    fn value(&self, outcomes: &[f64], probabilities: &[f64]) -> f64 {
+        support(probabilities)
+            .map(|i| outcomes[i])
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}

@@ -1,0 +1,17 @@
+//! The mean reward.
+
+use ivx_op::declare;
+
+use super::CertaintyEquivalent;
+use crate::math::moments::weighted_mean;
+
+declare! {
+    /// Expected utility (Eqn. 2.1): the mean. Neutral to risk.
+    pub struct Eu = "eu" @ 1 {}
+}
+
+impl CertaintyEquivalent for Eu {
+    fn value(&self, outcomes: &[f64], probabilities: &[f64]) -> f64 {
+        weighted_mean(outcomes, probabilities)
+    }
+}

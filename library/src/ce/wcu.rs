@@ -1,0 +1,19 @@
+//! The worst reward.
+
+use ivx_op::declare;
+
+use super::CertaintyEquivalent;
+use crate::math::tail::support;
+
+declare! {
+    /// Worst-case utility (Eqn. 2.3): the lowest outcome that is possible. Averse to risk.
+    pub struct Wcu = "wcu" @ 1 {}
+}
+
+impl CertaintyEquivalent for Wcu {
+    fn value(&self, outcomes: &[f64], probabilities: &[f64]) -> f64 {
+        support(probabilities)
+            .map(|i| outcomes[i])
+            .fold(f64::INFINITY, f64::min)
+    }
+}

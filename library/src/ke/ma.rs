@@ -1,0 +1,22 @@
+//! The average of the models.
+
+use ivx_op::declare;
+
+use super::KnowledgeEquivalent;
+use crate::math::moments::weighted_mean;
+
+declare! {
+    /// Model average (Eqn. 2.5): the mean over models. Neutral to ignorance.
+    pub struct Ma = "ma" @ 1 {}
+}
+
+impl KnowledgeEquivalent for Ma {
+    fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64 {
+        weighted_mean(scores, weights)
+    }
+
+    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
+        assert_eq!(scores.len(), weights.len(), "one weight a model");
+        weights.to_vec()
+    }
+}

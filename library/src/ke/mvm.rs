@@ -1,0 +1,26 @@
+//! The average of the models and their variance.
+
+use ivx_op::declare;
+
+use super::KnowledgeEquivalent;
+use crate::math::moments::{weighted_mean, weighted_variance};
+
+declare! {
+    /// Mean-variance model (Eqn. 2.6): mean + ξ population variance over models.
+    pub struct Mvm = "mvm" @ 1 {
+        /// Weight ξ of the variance: below 0 averse to ignorance, above 0 seeking it.
+        xi: f64;
+    }
+}
+
+impl KnowledgeEquivalent for Mvm {
+    fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64 {
+        weighted_mean(scores, weights) + self.xi * weighted_variance(scores, weights)
+    }
+
+    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
+        let centre = weighted_mean(scores, weights);
+        let slope = |(s, w): (&f64, &f64)| w * (1.0 + 2.0 * self.xi * (s - centre));
+        scores.iter().zip(weights).map(slope).collect()
+    }
+}

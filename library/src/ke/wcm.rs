@@ -1,0 +1,28 @@
+//! The worst model.
+
+use ivx_op::declare;
+
+use super::KnowledgeEquivalent;
+use crate::math::tail::support;
+
+declare! {
+    /// Worst-case model (Eqn. 2.7a): the lowest score of a model that is possible.
+    pub struct Wcm = "wcm" @ 1 {}
+}
+
+impl KnowledgeEquivalent for Wcm {
+    fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64 {
+        support(weights)
+            .map(|i| scores[i])
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
+        let mut gradient = vec![0.0; scores.len()];
+        let worst = support(weights).reduce(|a, b| if scores[b] < scores[a] { b } else { a });
+        if let Some(i) = worst {
+            gradient[i] = 1.0;
+        }
+        gradient
+    }
+}

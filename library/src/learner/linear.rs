@@ -1,0 +1,175 @@
+//! Point estimates of linear models, in closed form.
+
+use ivx_op::{Ctx, OpError, Part, declare};
+use nalgebra::DVector;
+
+use super::{Features, Learner, Prior};
+use crate::artifact::{Dataset, Model};
+use crate::math::linear_gaussian::{Regression, least_squares, posterior, powers};
+
+declare! {
+    /// Maximum likelihood in closed form (Eqn. 2.15): least squares.
+    ///
+    /// Where several models fit equally well, the one with the smallest coefficients. Directions
+    /// whose singular value is below max(n, coefficients) × 2⁻⁵² of the largest count as free.
+    pub struct LinearMle = "linear_mle" @ 1 {
+        /// What the model is linear in.
+        features: Box<dyn Features>;
+    }
+}
+
+declare! {
+    /// The most probable model in closed form (Eqn. 2.16), for Gaussian noise and prior.
+    pub struct LinearMap = "linear_map" @ 1 {
+        /// What the model is linear in.
+        features: Box<dyn Features>;
+        /// The belief about each coefficient before the data.
+        prior: Box<dyn Prior> = Part::new("normal").with("mean", 0.0).with("std", 1.0);
+        /// Standard deviation of the noise.
+        noise: f64 = 0.1, in f64::MIN_POSITIVE..;
+    }
+}
+
+impl Learner for LinearMle {
+    fn train(&self, data: &Dataset, _: u64, _: &Ctx) -> Result<Model, OpError> {
+        if data.x.is_empty() {
+            return Err(OpError::Failed(
+                "maximum likelihood needs data, and there are none".into(),
+            ));
+        }
+        let design = powers(&data.x, self.features.degree());
+        let theta = least_squares(&design, &DVector::from_column_slice(&data.y));
+        Ok(Model::Polynomial(theta.as_slice().to_vec()))
+    }
+}
+
+impl Learner for LinearMap {
+    fn train(&self, data: &Dataset, _: u64, _: &Ctx) -> Result<Model, OpError> {
+        let regression = regression(
+            data,
+            self.features.degree(),
+            self.prior.as_ref(),
+            self.noise,
+        );
+        Ok(Model::Polynomial(
+            posterior(&regression).mean.as_slice().to_vec(),
+        ))
+    }
+}
+
+/// The regression problem that data, features, prior and noise pose.
+#[must_use]
+pub(crate) fn regression(
+    data: &Dataset,
+    degree: usize,
+    prior: &dyn Prior,
+    noise: f64,
+) -> Regression {
+    Regression {
+        design: powers(&data.x, degree),
+        targets: DVector::from_column_slice(&data.y),
+        noise,
+        prior_mean: prior.mean(),
+        prior_std: prior.std(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Normal, Polynomial};
+    use super::*;
+    use crate::env::{Interval, Reward as _, Sample, Sinusoids};
+    use crate::math::moments::mean;
+    use ivx_op::Op as _;
+
+    fn mle(degree: usize) -> LinearMle {
+        LinearMle {
+            features: Box::new(Polynomial { degree }),
+        }
+    }
+
+    fn map(degree: usize) -> LinearMap {
+        let prior = Box::new(Normal {
+            mean: 0.0,
+            std: 1.0,
+        });
+        LinearMap {
+            features: Box::new(Polynomial { degree }),
+            prior,
+            noise: 0.1,
+        }
+    }
+
+    const CTX: Ctx = Ctx {
+        op: "train",
+        seed: 0,
+        member: None,
+    };
+
+    #[test]
+    fn a_line_through_two_points() {
+        let data = Dataset {
+            x: vec![0.0, 2.0],
+            y: vec![1.0, 5.0],
+        };
+        let predicted = mle(1).train(&data, 0, &CTX).unwrap().predict(&[3.0]);
+        assert!((predicted[0] - 7.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_prior_shrinks() {
+        // Two equal data of noise 1 against one prior of spread 1: 2·3 / (2 + 1).
+        let data = Dataset {
+            x: vec![0.0, 0.0],
+            y: vec![3.0, 3.0],
+        };
+        let model = LinearMap {
+            noise: 1.0,
+            ..map(0)
+        }
+        .train(&data, 0, &CTX)
+        .unwrap();
+        assert!((model.predict(&[0.0])[0] - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn without_data_only_the_prior_remains() {
+        let none = Dataset::default();
+        assert!(mle(2).train(&none, 0, &CTX).is_err());
+        assert_eq!(map(2).train(&none, 0, &CTX).unwrap().predict(&[0.5]), [0.0]);
+    }
+
+    #[test]
+    fn map_generalises_better_than_mle_between_the_points() {
+        let grid: Vec<f64> = (0..41).map(|i| -0.8 + 0.04 * f64::from(i)).collect();
+        let rmse = |model: &Model| {
+            let errors = model.predict(&grid).into_iter().zip(&grid);
+            let errors = errors.map(|(y, &x)| (y - Sinusoids {}.mean(x)).powi(2));
+            mean(&errors.collect::<Vec<_>>()).sqrt()
+        };
+        let better = (0..50).filter(|&seed| {
+            let from = Box::new(Interval {
+                low: -1.0,
+                high: 1.0,
+            });
+            let reward = Box::new(Sinusoids {});
+            let sample = Sample {
+                reward,
+                n: 25,
+                noise: 0.1,
+                from,
+                stream: "main".into(),
+            };
+            let data = sample
+                .run(&Ctx {
+                    op: "sample",
+                    seed,
+                    member: None,
+                })
+                .unwrap();
+            let (mle, map) = (mle(20).train(&data, 0, &CTX), map(20).train(&data, 0, &CTX));
+            rmse(&map.unwrap()) < rmse(&mle.unwrap())
+        });
+        assert!(better.count() >= 45);
+    }
+}

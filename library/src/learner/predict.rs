@@ -1,0 +1,24 @@
+//! What a model predicts.
+
+use ivx_op::{Array, Ctx, One, Op, OpError, declare};
+
+use crate::artifact::Model;
+use crate::env::{Points, curve};
+
+declare! {
+    /// The reward a model predicts for each action.
+    pub struct Predict = "predict" @ 1 -> Array [x] {
+        /// The model.
+        model: One<Model>;
+        /// The actions.
+        at: Box<dyn Points>;
+    }
+}
+
+impl Op for Predict {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let points = self.at.points()?;
+        let values = self.model.predict(&points);
+        Ok(curve(points, values))
+    }
+}

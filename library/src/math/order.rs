@@ -1,0 +1,115 @@
+//! What depends on the order of numbers. Numbers are ordered by `total_cmp`.
+
+use super::moments::{mean, real};
+
+/// The numbers in ascending order.
+#[must_use]
+pub fn sorted(xs: &[f64]) -> Vec<f64> {
+    let mut xs = xs.to_vec();
+    xs.sort_by(f64::total_cmp);
+    xs
+}
+
+/// The smallest number; infinity of nothing.
+#[must_use]
+pub fn min(xs: &[f64]) -> f64 {
+    xs.iter()
+        .copied()
+        .min_by(f64::total_cmp)
+        .unwrap_or(f64::INFINITY)
+}
+
+/// The largest number; minus infinity of nothing.
+#[must_use]
+pub fn max(xs: &[f64]) -> f64 {
+    xs.iter()
+        .copied()
+        .max_by(f64::total_cmp)
+        .unwrap_or(f64::NEG_INFINITY)
+}
+
+/// The place of the first of the largest numbers; `None` of nothing.
+#[must_use]
+pub fn argmax(xs: &[f64]) -> Option<usize> {
+    (0..xs.len()).reduce(|best, i| if xs[i] > xs[best] { i } else { best })
+}
+
+/// The quantile at `q`, between neighbours by linear interpolation (type 7 of Hyndman and Fan).
+///
+/// # Panics
+/// If `xs` is empty or `q` is outside `[0, 1]`.
+#[must_use]
+pub fn quantile(xs: &[f64], q: f64) -> f64 {
+    quantile_of_sorted(&sorted(xs), q)
+}
+
+/// The quantile at `q` of numbers in ascending order.
+///
+/// # Panics
+/// If `xs` is empty or `q` is outside `[0, 1]`.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a place among `xs`: whole, not negative and below their number"
+)]
+pub fn quantile_of_sorted(xs: &[f64], q: f64) -> f64 {
+    assert!(
+        !xs.is_empty() && (0.0..=1.0).contains(&q),
+        "a quantile of something, in [0, 1]"
+    );
+    let place = real(xs.len() - 1) * q;
+    let below = place.floor() as usize;
+    let above = place.ceil() as usize;
+    xs[below] + (place - place.floor()) * (xs[above] - xs[below])
+}
+
+/// The median.
+///
+/// # Panics
+/// If `xs` is empty.
+#[must_use]
+pub fn median(xs: &[f64]) -> f64 {
+    quantile(xs, 0.5)
+}
+
+/// The interquartile mean: without the `⌊n/4⌋` lowest and the `⌊n/4⌋` highest numbers.
+///
+/// It is `scipy.stats.trim_mean(xs, 0.25)`; NaN of nothing.
+#[must_use]
+pub fn iqm(xs: &[f64]) -> f64 {
+    let cut = xs.len() / 4;
+    mean(&sorted(xs)[cut..xs.len() - cut])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_the_largest_wins() {
+        assert_eq!(argmax(&[1.0, 3.0, 3.0, -1.0]), Some(1));
+        assert_eq!(argmax(&[]), None);
+        assert_eq!(
+            (min(&[2.0, -1.0, 0.0]), max(&[2.0, -1.0, 0.0])),
+            (-1.0, 2.0)
+        );
+    }
+
+    #[test]
+    fn quantiles_interpolate() {
+        // Place 3·0.25 = 0.75 between 1 and 2.
+        assert_eq!(quantile(&[4.0, 1.0, 3.0, 2.0], 0.25), 1.75);
+        assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), 2.5);
+        assert_eq!(quantile(&[4.0, 1.0, 3.0], 0.0), 1.0);
+        assert_eq!(quantile(&[4.0, 1.0, 3.0], 1.0), 4.0);
+        assert_eq!(quantile(&[7.0], 0.3), 7.0);
+    }
+
+    #[test]
+    fn the_interquartile_mean_ignores_the_ends() {
+        // Seven numbers lose one at each end.
+        assert_eq!(iqm(&[-100.0, 1.0, 2.0, 3.0, 4.0, 5.0, 900.0]), 3.0);
+        assert_eq!(iqm(&[1.0, 2.0, 6.0]), 3.0);
+    }
+}

@@ -1,0 +1,116 @@
+//! Two arrays as one, matched by the names of their dimensions.
+
+use ivx_op::{Array, Dim, OpError};
+
+/// `join` of the two numbers at every coordinate of either array: the dimensions of the left one,
+/// then those only the right one has.
+///
+/// # Errors
+/// If a dimension of both has different labels.
+pub(super) fn broadcast(
+    left: &Array,
+    right: &Array,
+    join: impl Fn(f64, f64) -> f64,
+) -> Result<Array, OpError> {
+    for dim in &left.dims {
+        if right
+            .dims
+            .iter()
+            .any(|other| other.name == dim.name && other != dim)
+        {
+            return Err(OpError::Failed(format!(
+                "the two sides have different labels along `{}`",
+                dim.name
+            )));
+        }
+    }
+    let added = right
+        .dims
+        .iter()
+        .filter(|dim| left.dim(&dim.name).is_none());
+    let dims: Vec<Dim> = left.dims.iter().chain(added).cloned().collect();
+    let (lefts, rights) = (spread(left, &dims), spread(right, &dims));
+    let values = lefts
+        .iter()
+        .zip(&rights)
+        .map(|(&l, &r)| join(left.values[l], right.values[r]));
+    Ok(Array {
+        values: values.collect(),
+        dims,
+    })
+}
+
+/// The place in `x.values` of every coordinate of `dims`, last dimension fastest.
+fn spread(x: &Array, dims: &[Dim]) -> Vec<usize> {
+    let strides = x.strides();
+    dims.iter().fold(vec![0], |places, dim| {
+        let stride = x.dim(&dim.name).map_or(0, |d| strides[d]);
+        let along = |place: usize| (0..dim.len()).map(move |i| place + i * stride);
+        places.into_iter().flat_map(along).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::Labels;
+
+    use super::*;
+
+    fn dim(name: &str, labels: &[&str]) -> Dim {
+        Dim::new(
+            name,
+            Labels::Names(labels.iter().map(|&label| label.to_owned()).collect()),
+        )
+    }
+
+    #[test]
+    fn dimensions_are_matched_by_name() {
+        let (ke, seed) = (dim("ke", &["a", "b"]), dim("seed", &["0", "1", "2"]));
+        let left = Array {
+            dims: vec![ke.clone(), seed.clone()],
+            values: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        };
+        // The other order: seed outermost.
+        let right = Array {
+            dims: vec![seed.clone(), ke.clone()],
+            values: vec![10.0, 40.0, 20.0, 50.0, 30.0, 60.0],
+        };
+        let sum = broadcast(&left, &right, |l, r| l + r).unwrap();
+        assert_eq!(
+            sum,
+            Array {
+                values: vec![11.0, 22.0, 33.0, 44.0, 55.0, 66.0],
+                ..left.clone()
+            }
+        );
+
+        let by_ke = Array::series(ke.clone(), vec![100.0, 200.0]);
+        let difference = broadcast(&by_ke, &left, |l, r| l - r).unwrap();
+        assert_eq!(difference.dims, [ke, seed]);
+        assert_eq!(difference.values, [99.0, 98.0, 97.0, 196.0, 195.0, 194.0]);
+    }
+
+    #[test]
+    fn new_dimensions_come_last_and_scalars_go_with_anything() {
+        let rows = Array::series(dim("a", &["x", "y"]), vec![1.0, 2.0]);
+        let columns = Array::series(dim("b", &["u", "v"]), vec![10.0, 20.0]);
+        let table = broadcast(&rows, &columns, |l, r| l + r).unwrap();
+        assert_eq!(table.values, [11.0, 21.0, 12.0, 22.0]);
+        assert_eq!(
+            broadcast(&Array::scalar(3.0), &rows, |l, r| l * r)
+                .unwrap()
+                .values,
+            [3.0, 6.0]
+        );
+    }
+
+    #[test]
+    fn unequal_labels_are_refused() {
+        let left = Array::series(dim("a", &["x", "y"]), vec![1.0, 2.0]);
+        let right = Array::series(dim("a", &["x", "z"]), vec![1.0, 2.0]);
+        let message = broadcast(&left, &right, |l, r| l + r)
+            .unwrap_err()
+            .to_string();
+        assert_eq!(message, "the two sides have different labels along `a`");
+    }
+}

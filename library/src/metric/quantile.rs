@@ -1,0 +1,53 @@
+//! Quantiles.
+
+use ivx_op::{Array, AxisNames, Ctx, Named, Op, OpError, declare};
+
+use super::reduce::reduce;
+use crate::math::order;
+
+declare! {
+    /// A quantile, linear between neighbours (type 7).
+    pub struct Quantile = "quantile" @ 1 -> Array [reduce x] {
+        /// What to reduce.
+        x: Named<Array>;
+        /// Which share lies below.
+        q: f64, in 0.0..=1.0;
+        /// The axes and dimensions that vanish.
+        over: AxisNames;
+    }
+}
+
+impl Op for Quantile {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let x = Array::stack(&self.x.0).map_err(OpError::Failed)?;
+        reduce(&x, &self.over.0, |xs| order::quantile(xs, self.q))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::{Dim, Gathered, Labels};
+
+    use super::*;
+
+    #[test]
+    fn a_quarter_of_the_way() {
+        let seed = Dim::new("#0", Labels::Numbers(vec![0.0, 1.0, 2.0]));
+        let values = [3.0, 1.0, 2.0].map(Array::scalar).to_vec();
+        let x = Named(Gathered {
+            dims: vec![seed],
+            values,
+            name: String::new(),
+        });
+        let over = AxisNames(vec!["#0".to_owned()]);
+        let ctx = Ctx {
+            op: "quantile",
+            seed: 0,
+            member: None,
+        };
+        assert_eq!(
+            Quantile { x, q: 0.25, over }.run(&ctx).unwrap(),
+            Array::scalar(1.5)
+        );
+    }
+}

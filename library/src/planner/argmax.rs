@@ -1,0 +1,105 @@
+//! The best action under an ensemble.
+
+use ivx_op::{Ctx, Members, Op, OpError, declare};
+
+use super::choose;
+use crate::artifact::{Decision, Model};
+use crate::env::Points;
+use crate::ke::KnowledgeEquivalent;
+use crate::math::moments::uniform;
+
+declare! {
+    /// The action of the highest knowledge equivalent over the members; the first where several
+    /// have it.
+    pub struct Argmax = "argmax" @ 1 -> Decision {
+        /// The members, equally probable.
+        model: Members<Model>;
+        /// How their predictions are reduced.
+        ke: Box<dyn KnowledgeEquivalent>;
+        /// The actions to choose from.
+        among: Box<dyn Points>;
+    }
+}
+
+impl Op for Argmax {
+    fn run(&self, _: &Ctx) -> Result<Decision, OpError> {
+        let candidates = self.among.points()?;
+        let members: Vec<_> = self.model.iter().map(|m| m.predict(&candidates)).collect();
+        let members: Vec<&[f64]> = members.iter().map(Vec::as_slice).collect();
+        choose(candidates, &equivalents(&members, self.ke.as_ref()))
+    }
+}
+
+/// The knowledge equivalent at each place, of equally probable members.
+///
+/// - `members`: `[K][N]`, the scores of each member.
+///
+/// # Panics
+/// If there are no members or they differ in length.
+#[must_use]
+pub fn equivalents(members: &[&[f64]], ke: &dyn KnowledgeEquivalent) -> Vec<f64> {
+    let weights = uniform(members.len());
+    let column = |i| members.iter().map(|scores| scores[i]).collect::<Vec<f64>>();
+    (0..members[0].len())
+        .map(|i| ke.reduce(&column(i), &weights))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Greedy;
+    use super::*;
+    use crate::env::Grid;
+    use crate::ke::{Bcm, Ma, Wcm};
+
+    /// Over {0, 1, 2}, the lines x and 1 − 2x: 0 1 2 and 1 −1 −3.
+    fn decide(ke: Box<dyn KnowledgeEquivalent>) -> (f64, f64) {
+        let lines = vec![
+            Model::Polynomial(vec![0.0, 1.0]),
+            Model::Polynomial(vec![1.0, -2.0]),
+        ];
+        let among = Box::new(Grid {
+            low: 0.0,
+            high: 2.0,
+            points: 3,
+        });
+        let ctx = Ctx {
+            op: "argmax",
+            seed: 0,
+            member: None,
+        };
+        let decision = Argmax {
+            model: Members(lines),
+            ke,
+            among,
+        }
+        .run(&ctx)
+        .unwrap();
+        (decision.action, decision.believed)
+    }
+
+    #[test]
+    fn the_knowledge_equivalent_decides() {
+        assert_eq!(decide(Box::new(Wcm {})), (0.0, 0.0));
+        assert_eq!(decide(Box::new(Ma {})), (0.0, 0.5));
+        assert_eq!(decide(Box::new(Bcm {})), (2.0, 2.0));
+    }
+
+    #[test]
+    fn one_model_decides_alone() {
+        let model = ivx_op::One(Model::Polynomial(vec![1.0, -2.0]));
+        let among = Box::new(Grid {
+            low: 0.0,
+            high: 2.0,
+            points: 3,
+        });
+        let ctx = Ctx {
+            op: "greedy",
+            seed: 0,
+            member: None,
+        };
+        let decision = Greedy { model, among }.run(&ctx).unwrap();
+        assert_eq!((decision.action, decision.believed), (0.0, 1.0));
+        assert_eq!(decision.candidates, [0.0, 1.0, 2.0]);
+    }
+}

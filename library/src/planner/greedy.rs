@@ -1,0 +1,25 @@
+//! The best action under one model.
+
+use ivx_op::{Ctx, One, Op, OpError, declare};
+
+use super::choose;
+use crate::artifact::{Decision, Model};
+use crate::env::Points;
+
+declare! {
+    /// The action of the highest predicted reward under one model; the first where several have it.
+    pub struct Greedy = "greedy" @ 1 -> Decision {
+        /// The model.
+        model: One<Model>;
+        /// The actions to choose from.
+        among: Box<dyn Points>;
+    }
+}
+
+impl Op for Greedy {
+    fn run(&self, _: &Ctx) -> Result<Decision, OpError> {
+        let candidates = self.among.points()?;
+        let scores = self.model.predict(&candidates);
+        choose(candidates, &scores)
+    }
+}

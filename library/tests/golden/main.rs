@@ -1,0 +1,6 @@
+//! Our numbers beside numbers that other software computed.
+
+mod bayes;
+mod decision;
+mod gaps;
+mod harness;
