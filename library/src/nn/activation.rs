@@ -38,11 +38,16 @@ impl Activation for Tanh {
     }
 
     fn apply(&self, xs: &mut [f32]) {
-        xs.iter_mut().for_each(|x| *x = tanh(*x));
+        for x in xs {
+            *x = tanh(*x);
+        }
     }
 
     fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g *= 1.0 - y * y);
+        gradients
+            .iter_mut()
+            .zip(ys)
+            .for_each(|(g, y)| *g *= 1.0 - y * y);
     }
 }
 
@@ -60,7 +65,12 @@ fn tanh(x: f32) -> f32 {
         6.372_619_3e-4,
         4.893_524_6e-3,
     ];
-    const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_06e-4, 2.268_434_6e-3, 4.893_525_2e-3];
+    const Q: [f32; 4] = [
+        1.198_258_4e-6,
+        1.185_347_06e-4,
+        2.268_434_6e-3,
+        4.893_525_2e-3,
+    ];
     // Beyond this the quotient is 1 to single precision; the polynomials go on growing.
     let x = x.clamp(-7.998_812, 7.998_812);
     let square = x * x;
@@ -74,11 +84,16 @@ impl Activation for Relu {
     }
 
     fn apply(&self, xs: &mut [f32]) {
-        xs.iter_mut().for_each(|x| *x = x.max(0.0));
+        for x in xs {
+            *x = x.max(0.0);
+        }
     }
 
     fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g = if *y > 0.0 { *g } else { 0.0 });
+        gradients
+            .iter_mut()
+            .zip(ys)
+            .for_each(|(g, y)| *g = if *y > 0.0 { *g } else { 0.0 });
     }
 }
 
@@ -88,12 +103,17 @@ impl Activation for Elu {
     }
 
     fn apply(&self, xs: &mut [f32]) {
-        xs.iter_mut().for_each(|x| *x = if *x > 0.0 { *x } else { x.exp_m1() });
+        for x in xs {
+            *x = if *x > 0.0 { *x } else { x.exp_m1() };
+        }
     }
 
     fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
         // Below 0 the slope exp(x) is one more than the value.
-        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g *= if *y > 0.0 { 1.0 } else { y + 1.0 });
+        gradients
+            .iter_mut()
+            .zip(ys)
+            .for_each(|(g, y)| *g *= if *y > 0.0 { 1.0 } else { y + 1.0 });
     }
 }
 
@@ -124,7 +144,10 @@ mod tests {
     fn tanh_agrees_with_double_precision() {
         for x in grid() {
             let exact = f64::from(x).tanh();
-            assert!((f64::from(tanh(x)) - exact).abs() <= 4e-7 * exact.abs(), "at {x}");
+            assert!(
+                (f64::from(tanh(x)) - exact).abs() <= 4e-7 * exact.abs(),
+                "at {x}"
+            );
             assert!(tanh(x).abs() <= 1.0);
         }
         assert!(tanh(f32::NAN).is_nan());

@@ -4,9 +4,7 @@ use std::cell::RefCell;
 use std::mem;
 use std::rc::Rc;
 
-use dfdx::prelude::{
-    Cpu, HasShape, NoneTape, PutTape, SplitTape, Tape, Tensor, TensorFromVec,
-};
+use dfdx::prelude::{Cpu, HasShape, NoneTape, PutTape, SplitTape, Tape, Tensor, TensorFromVec};
 
 use super::activation::Activation;
 use super::matmul::{Matrix, multiply};
@@ -38,7 +36,12 @@ pub(super) fn dense<T: Tape<f32, Cpu>>(x: Batch<T>, layer: &Rc<Dense>) -> Batch<
     let mut input = vec![0.0; n * n_in];
     x.copy_into(&mut input);
     let mut output = layer.bias.repeat(n);
-    multiply(Matrix::new(&input, n, n_in), Matrix::new(&layer.weight, n_in, n_out), true, &mut output);
+    multiply(
+        Matrix::new(&input, n, n_in),
+        Matrix::new(&layer.weight, n_in, n_out),
+        true,
+        &mut output,
+    );
     if let Some(activation) = &layer.activation {
         activation.apply(&mut output);
     }
@@ -55,7 +58,12 @@ pub(super) fn dense<T: Tape<f32, Cpu>>(x: Batch<T>, layer: &Rc<Dense>) -> Batch<
             bias_grad.iter_mut().zip(row).for_each(|(sum, d)| *sum += d);
         }
         let rows = Matrix::new(&delta, n, n_out);
-        multiply(Matrix::new(&input, n, n_in).transposed(), rows, false, weight_grad);
+        multiply(
+            Matrix::new(&input, n, n_in).transposed(),
+            rows,
+            false,
+            weight_grad,
+        );
         if layer.passes_gradient {
             let weight = Matrix::new(&layer.weight, n_in, n_out);
             multiply(rows, weight.transposed(), true, grads.get_or_alloc_mut(&x)?);

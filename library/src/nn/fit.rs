@@ -22,6 +22,9 @@ use crate::artifact::{Dataset, NetModel};
 /// ```
 ///
 /// where `pull` is the second term. A prior network inside `net` is not evaluated and stays.
+///
+/// # Panics
+/// If an array is missing or the data have unequal columns.
 #[must_use]
 pub fn fit(
     mut net: NetModel,
@@ -32,11 +35,17 @@ pub fn fit(
 ) -> NetModel {
     let mut layers = load(&net, "");
     let moments = |n: &[f32]| Moments::zeros(n.len());
-    let mut moments: Vec<_> =
-        layers.iter().map(|layer| (moments(&layer.weight), moments(&layer.bias))).collect();
+    let mut moments: Vec<_> = layers
+        .iter()
+        .map(|layer| (moments(&layer.weight), moments(&layer.bias)))
+        .collect();
     let (x, y) = (column(&data.x), column(&data.y));
     for t in 0..steps {
-        let step = Step { t, total: steps, pull };
+        let step = Step {
+            t,
+            total: steps,
+            pull,
+        };
         backward(&layers, &x, &y);
         for (layer, (of_weight, of_bias)) in layers.iter_mut().zip(&mut moments) {
             let layer = Rc::get_mut(layer).expect("the tape is spent");
@@ -62,11 +71,19 @@ pub fn predict(net: &NetModel, xs: &[f64]) -> Vec<f64> {
         return Vec::new();
     }
     let x = column(xs);
-    let outputs = |prefix| forward(x.clone(), &load(net, prefix)).as_vec().into_iter().map(f64::from);
+    let outputs = |prefix| {
+        forward(x.clone(), &load(net, prefix))
+            .as_vec()
+            .into_iter()
+            .map(f64::from)
+    };
     if net.prior_scale == 0.0 {
         return outputs("").collect();
     }
-    outputs("").zip(outputs("prior.")).map(|(f, prior)| f + net.prior_scale * prior).collect()
+    outputs("")
+        .zip(outputs("prior."))
+        .map(|(f, prior)| f + net.prior_scale * prior)
+        .collect()
 }
 
 /// Half the mean squared error; its gradients are left in the layers.
@@ -85,7 +102,8 @@ fn forward<T: Tape<f32, Cpu>>(x: Batch<T>, layers: &[Rc<Dense>]) -> Batch<T> {
 /// The layers whose arrays bear `prefix`.
 fn load(net: &NetModel, prefix: &str) -> Vec<Rc<Dense>> {
     let activation = activations().build(&Part::new(&net.activation));
-    let activation: Rc<dyn Activation> = activation.expect("networks name known activations").into();
+    let activation: Rc<dyn Activation> =
+        activation.expect("networks name known activations").into();
     let last = net.hidden.len();
     let layer = |(i, (n_in, n_out)): (usize, (usize, usize))| {
         let array = |name| array(net, &format!("{prefix}{i}.{name}")).to_vec();
@@ -97,20 +115,31 @@ fn load(net: &NetModel, prefix: &str) -> Vec<Rc<Dense>> {
             grads: RefCell::new((vec![0.0; n_in * n_out], vec![0.0; n_out])),
         })
     };
-    layer_shapes(&net.hidden).into_iter().enumerate().map(layer).collect()
+    layer_shapes(&net.hidden)
+        .into_iter()
+        .enumerate()
+        .map(layer)
+        .collect()
 }
 
 fn array<'a>(net: &'a NetModel, name: &str) -> &'a [f32] {
     let found = net.params.iter().find(|(n, ..)| n == name);
-    found.map(|(.., values)| values.as_slice()).expect("networks have an array for every layer")
+    found
+        .map(|(.., values)| values.as_slice())
+        .expect("networks have an array for every layer")
 }
 
 fn array_mut<'a>(net: &'a mut NetModel, name: &str) -> &'a mut Vec<f32> {
     let found = net.params.iter_mut().find(|(n, ..)| n == name);
-    found.map(|(.., values)| values).expect("networks have an array for every layer")
+    found
+        .map(|(.., values)| values)
+        .expect("networks have an array for every layer")
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "networks compute in single precision")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "networks compute in single precision"
+)]
 fn column(values: &[f64]) -> Batch {
     let singles = values.iter().map(|&x| x as f32).collect();
     Cpu::default().tensor_from_vec(singles, (values.len(), 1))
@@ -126,14 +155,26 @@ mod tests {
     use crate::registry;
 
     fn net(activation: &str, hidden: &[i64]) -> NetModel {
-        let part = Part::new("mlp").with("hidden", hidden.to_vec()).with("activation", Part::new(activation));
+        let part = Part::new("mlp")
+            .with("hidden", hidden.to_vec())
+            .with("activation", Part::new(activation));
         let net = nets().build(&registry().complete(&part)).unwrap();
-        net.init(&mut Ctx { op: "train", seed: 5, member: None }.rng("init", &[]))
+        net.init(
+            &mut Ctx {
+                op: "train",
+                seed: 5,
+                member: None,
+            }
+            .rng("init", &[]),
+        )
     }
 
     fn waves() -> Dataset {
         let x: Vec<f64> = (0..7).map(|i| f64::from(i) / 3.0 - 1.0).collect();
-        Dataset { y: x.iter().map(|x| (3.0 * x).sin()).collect(), x }
+        Dataset {
+            y: x.iter().map(|x| (3.0 * x).sin()).collect(),
+            x,
+        }
     }
 
     /// The gradient of half the mean squared error, by array name.
@@ -150,7 +191,9 @@ mod tests {
     #[test]
     fn a_network_by_hand() {
         // hidden relu: (2·x + 1, −x); out: 3 h_0 − h_1 + 0.5. At x = 1: 9 + 0 + 0.5; at −1: 0 − 1 + 0.5.
-        let array = |name: &str, shape: &[usize], values: &[f32]| (name.to_owned(), shape.to_vec(), values.to_vec());
+        let array = |name: &str, shape: &[usize], values: &[f32]| {
+            (name.to_owned(), shape.to_vec(), values.to_vec())
+        };
         let mut net = NetModel {
             hidden: vec![2],
             activation: "relu".into(),
@@ -166,7 +209,10 @@ mod tests {
         assert!(predict(&net, &[]).is_empty());
 
         // The same function again as its prior, at half the scale.
-        let prior = net.params.iter().map(|(name, s, v)| (format!("prior.{name}"), s.clone(), v.clone()));
+        let prior = net
+            .params
+            .iter()
+            .map(|(name, s, v)| (format!("prior.{name}"), s.clone(), v.clone()));
         net.params = net.params.iter().cloned().chain(prior).collect();
         net.prior_scale = 0.5;
         assert_eq!(predict(&net, &[1.0]), [14.25]);
@@ -177,7 +223,10 @@ mod tests {
     fn gradients_agree_with_central_differences() {
         let data = waves();
         let loss = |net: &NetModel| {
-            let errors = predict(net, &data.x).into_iter().zip(&data.y).map(|(f, y)| (f - y).powi(2));
+            let errors = predict(net, &data.x)
+                .into_iter()
+                .zip(&data.y)
+                .map(|(f, y)| (f - y).powi(2));
             errors.sum::<f64>() / (2.0 * 7.0)
         };
         let h = 1.0 / 64.0;
@@ -191,7 +240,10 @@ mod tests {
                         loss(&net)
                     };
                     let difference = (shifted(h) - shifted(-h)) / (2.0 * f64::from(h));
-                    assert!((f64::from(g) - difference).abs() < 1e-3, "{activation} {name}[{i}]: {g} and {difference}");
+                    assert!(
+                        (f64::from(g) - difference).abs() < 1e-3,
+                        "{activation} {name}[{i}]: {g} and {difference}"
+                    );
                 }
             }
         }
@@ -216,7 +268,10 @@ mod tests {
         for (i, (weight, bias)) in tensors.iter().enumerate() {
             let product = x.matmul(weight.clone());
             let shape = (data.x.len(), layer_shapes(&net.hidden)[i].1);
-            let sum = product + bias.retaped::<OwnedTape<f32, Cpu>>().broadcast_like::<_, Axis<0>>(&shape);
+            let sum = product
+                + bias
+                    .retaped::<OwnedTape<f32, Cpu>>()
+                    .broadcast_like::<_, Axis<0>>(&shape);
             x = if i < 2 { sum.relu() } else { sum };
         }
         let theirs = ((x - column(&data.y)).square().mean() * 0.5).backward();
@@ -226,8 +281,15 @@ mod tests {
                 (&ours[2 * i].1, theirs.get(weight).as_vec()),
                 (&ours[2 * i + 1].1, theirs.get(bias).as_vec()),
             ] {
-                let distance = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                assert!(distance < 1e-6 && theirs.iter().any(|g| g.abs() > 1e-3), "layer {i}");
+                let distance = ours
+                    .iter()
+                    .zip(&theirs)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f32::max);
+                assert!(
+                    distance < 1e-6 && theirs.iter().any(|g| g.abs() > 1e-3),
+                    "layer {i}"
+                );
             }
         }
     }
@@ -235,7 +297,8 @@ mod tests {
     #[test]
     fn dfdx_multiplies_matrices() {
         // (1 2; 3 4)(5 6; 7 8)
-        let matrix = |values: [f32; 4]| -> Batch { Cpu::default().tensor_from_vec(values.to_vec(), (2, 2)) };
+        let matrix =
+            |values: [f32; 4]| -> Batch { Cpu::default().tensor_from_vec(values.to_vec(), (2, 2)) };
         let product = matrix([1.0, 2.0, 3.0, 4.0]).matmul(matrix([5.0, 6.0, 7.0, 8.0]));
         assert_eq!(product.as_vec(), [19.0, 22.0, 43.0, 50.0]);
     }

@@ -22,7 +22,13 @@ pub struct Step {
 /// A rule of gradient descent.
 pub trait Optimiser: Debug + Send + Sync {
     /// Updates one array of parameters; the gradients are scratch afterwards.
-    fn update(&self, step: &Step, params: &mut [f32], grads: &mut [f32], moments: &mut Moments<f32>);
+    fn update(
+        &self,
+        step: &Step,
+        params: &mut [f32],
+        grads: &mut [f32],
+        moments: &mut Moments<f32>,
+    );
 }
 
 declare! {
@@ -83,26 +89,62 @@ declare! {
 }
 
 impl Optimiser for AdamW {
-    fn update(&self, step: &Step, params: &mut [f32], grads: &mut [f32], moments: &mut Moments<f32>) {
+    fn update(
+        &self,
+        step: &Step,
+        params: &mut [f32],
+        grads: &mut [f32],
+        moments: &mut Moments<f32>,
+    ) {
         let lr = self.lr.at(step.t, step.total);
-        let pulls = [step.pull, Pull { strength: self.weight_decay, centre: 0.0 }];
-        let rule = optim::Adam { lr, beta1: self.beta1, beta2: self.beta2, eps: self.eps, pulls };
+        let pulls = [
+            step.pull,
+            Pull {
+                strength: self.weight_decay,
+                centre: 0.0,
+            },
+        ];
+        let rule = optim::Adam {
+            lr,
+            beta1: self.beta1,
+            beta2: self.beta2,
+            eps: self.eps,
+            pulls,
+        };
         optim::adam(&rule, step.t, params, grads, moments);
     }
 }
 
 impl Optimiser for Adam {
-    fn update(&self, step: &Step, params: &mut [f32], grads: &mut [f32], moments: &mut Moments<f32>) {
+    fn update(
+        &self,
+        step: &Step,
+        params: &mut [f32],
+        grads: &mut [f32],
+        moments: &mut Moments<f32>,
+    ) {
         optim::add_pull(step.pull, params, grads);
         let lr = self.lr.at(step.t, step.total);
         let pulls = [Pull::default(); 2];
-        let rule = optim::Adam { lr, beta1: self.beta1, beta2: self.beta2, eps: self.eps, pulls };
+        let rule = optim::Adam {
+            lr,
+            beta1: self.beta1,
+            beta2: self.beta2,
+            eps: self.eps,
+            pulls,
+        };
         optim::adam(&rule, step.t, params, grads, moments);
     }
 }
 
 impl Optimiser for Sgd {
-    fn update(&self, step: &Step, params: &mut [f32], grads: &mut [f32], moments: &mut Moments<f32>) {
+    fn update(
+        &self,
+        step: &Step,
+        params: &mut [f32],
+        grads: &mut [f32],
+        moments: &mut Moments<f32>,
+    ) {
         optim::add_pull(step.pull, params, grads);
         let lr = self.lr.at(step.t, step.total);
         optim::sgd(lr, self.momentum, params, grads, &mut moments.first);
@@ -110,10 +152,21 @@ impl Optimiser for Sgd {
 }
 
 impl Optimiser for RmsProp {
-    fn update(&self, step: &Step, params: &mut [f32], grads: &mut [f32], moments: &mut Moments<f32>) {
+    fn update(
+        &self,
+        step: &Step,
+        params: &mut [f32],
+        grads: &mut [f32],
+        moments: &mut Moments<f32>,
+    ) {
         optim::add_pull(step.pull, params, grads);
         let lr = self.lr.at(step.t, step.total);
-        let rule = optim::RmsProp { lr, decay: self.decay, eps: self.eps, centered: self.centered };
+        let rule = optim::RmsProp {
+            lr,
+            decay: self.decay,
+            eps: self.eps,
+            centered: self.centered,
+        };
         optim::rmsprop(&rule, params, grads, moments);
     }
 }
@@ -138,11 +191,18 @@ mod tests {
     use crate::registry;
 
     /// Where 2000 steps down `(θ - 1)²/2` end, from 0, with a pull of strength 1 towards 3.
-    fn end(part: Part) -> f32 {
-        let optimiser = optimisers().build(&registry().complete(&part)).unwrap();
+    fn end(part: &Part) -> f32 {
+        let optimiser = optimisers().build(&registry().complete(part)).unwrap();
         let (mut params, mut moments) = ([0.0_f32], Moments::zeros(1));
         for t in 0..2000 {
-            let step = Step { t, total: 2000, pull: Pull { strength: 1.0, centre: 3.0 } };
+            let step = Step {
+                t,
+                total: 2000,
+                pull: Pull {
+                    strength: 1.0,
+                    centre: 3.0,
+                },
+            };
             let mut grads = [params[0] - 1.0];
             optimiser.update(&step, &mut params, &mut grads, &mut moments);
         }
@@ -154,7 +214,7 @@ mod tests {
         // (θ − 1) + (θ − 3) = 0 at θ = 2.
         let rate = |from: f64| Part::new("linear").with("from", from).with("to", 0.0);
         for (name, lr) in [("sgd", 0.1), ("adam", 0.02), ("rmsprop", 0.01)] {
-            let theta = end(Part::new(name).with("lr", rate(lr)));
+            let theta = end(&Part::new(name).with("lr", rate(lr)));
             assert!((theta - 2.0).abs() < 0.01, "{name} ends at {theta}");
         }
     }
@@ -162,17 +222,34 @@ mod tests {
     #[test]
     fn only_adamw_keeps_the_pull_out_of_its_normalisation() {
         // At θ = 0 the gradient is −1, the pull towards 3 of strength 1 is −3, and η = 0.1.
-        let step = |part: Part| {
-            let part = part.with("lr", Part::new("constant").with("value", 0.1));
+        let step = |part: &Part| {
+            let part = part
+                .clone()
+                .with("lr", Part::new("constant").with("value", 0.1));
             let optimiser = optimisers().build(&registry().complete(&part)).unwrap();
             let mut params = [0.0_f32, 2.0];
-            let step = Step { t: 0, total: 9, pull: Pull { strength: 1.0, centre: 3.0 } };
-            optimiser.update(&step, &mut params, &mut [-1.0, -1.0], &mut Moments::zeros(2));
+            let step = Step {
+                t: 0,
+                total: 9,
+                pull: Pull {
+                    strength: 1.0,
+                    centre: 3.0,
+                },
+            };
+            optimiser.update(
+                &step,
+                &mut params,
+                &mut [-1.0, -1.0],
+                &mut Moments::zeros(2),
+            );
             params
         };
         let close = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
-        assert!(close(step(Part::new("adam")), [0.1, 2.1]));
-        assert!(close(step(Part::new("adamw")), [0.1 + 0.3, 2.1 + 0.1]));
-        assert!(close(step(Part::new("adamw").with("weight_decay", 0.5)), [0.4, 2.2 - 0.1]));
+        assert!(close(step(&Part::new("adam")), [0.1, 2.1]));
+        assert!(close(step(&Part::new("adamw")), [0.1 + 0.3, 2.1 + 0.1]));
+        assert!(close(
+            step(&Part::new("adamw").with("weight_decay", 0.5)),
+            [0.4, 2.2 - 0.1]
+        ));
     }
 }
