@@ -1,8 +1,10 @@
 //! How models are learned from data.
 
+mod ensemble;
 mod features;
 mod infer;
 mod linear;
+mod map_estimate;
 mod predict;
 mod prior;
 mod train;
@@ -12,13 +14,15 @@ use std::sync::LazyLock;
 
 use ivx_op::{Ctx, OpError, Parts, Registry, family};
 
-use crate::artifact::{Dataset, Model};
+use crate::artifact::{Dataset, Model, NetModel};
 
+pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
 pub use infer::{
     Infer, Inference, LinearBayes, LogEvidence, PosteriorStd, PredictiveMean, PredictiveStd,
 };
 pub use linear::{LinearMap, LinearMle};
+pub use map_estimate::MapEstimate;
 pub use predict::Predict;
 pub use prior::{Normal, Prior};
 pub use train::Train;
@@ -30,6 +34,12 @@ pub trait Learner: Debug + Send + Sync {
     /// # Errors
     /// If the data admit no model; the message says why.
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError>;
+
+    /// A fixed network of the learner's own architecture, drawn from the stream `prior`;
+    /// none where models are not networks.
+    fn prior_network(&self, _ctx: &Ctx) -> Option<NetModel> {
+        None
+    }
 }
 
 family!(dyn Learner, "Learner", learners);
@@ -39,6 +49,8 @@ fn learners() -> &'static Parts<dyn Learner> {
         Parts::<dyn Learner>::new()
             .with(|learner: LinearMle| Box::new(learner))
             .with(|learner: LinearMap| Box::new(learner))
+            .with(|learner: MapEstimate| Box::new(learner))
+            .with(|learner: Ensemble| Box::new(learner))
     });
     &TABLE
 }
