@@ -140,6 +140,12 @@ mod tests {
     }
 
     #[test]
+    fn a_model_that_fails_shows_through() {
+        each(|ke| assert!(ke.reduce(&[f64::NAN, 0.5], &[0.5, 0.5]).is_nan(), "{ke:?}"));
+        each(|ke| assert!(ke.reduce(&[0.5, f64::NAN], &[0.5, 0.5]).is_nan(), "{ke:?}"));
+    }
+
+    #[test]
     fn cvar_runs_from_the_worst_case_to_the_average() {
         for (scores, weights) in beliefs() {
             let cvar = |alpha| Cvar { alpha }.reduce(&scores, &weights);

@@ -23,9 +23,10 @@ impl Op for Select {
         let d = self.x.dim(&self.dim).ok_or_else(missing)?;
         let places = self.places(d)?;
 
-        // The values are `outer` blocks of `n` rows of `inner` values.
+        // The values are `outer` blocks of `n` rows of `inner` values; none if another
+        // dimension is empty.
         let (n, inner) = (dims[d].len(), self.x.strides()[d]);
-        let rows = values.chunks(n * inner).flat_map(|block| {
+        let rows = values.chunks((n * inner).max(1)).flat_map(|block| {
             places
                 .iter()
                 .flat_map(|&i| block[i * inner..(i + 1) * inner].iter().copied())
