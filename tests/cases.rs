@@ -41,7 +41,8 @@ fn cases() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
     let entries = fs::read_dir(folder).expect("cases lie beside this file");
     let specs = entries.flatten().map(|entry| entry.path());
-    let mut specs: Vec<PathBuf> = specs.filter(|path| path.extension().is_some_and(|e| e == "ivx")).collect();
+    let mut specs: Vec<PathBuf> =
+        specs.filter(|path| path.extension().is_some_and(|e| e == "ivx")).collect();
     specs.sort();
     specs
 }

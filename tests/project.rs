@@ -36,7 +36,8 @@ impl Project {
     /// Writes a file.
     pub fn write(&self, path: &str, text: &str) {
         let path = self.path(path);
-        fs::create_dir_all(path.parent().expect("files lie in folders")).expect("folders can be made");
+        fs::create_dir_all(path.parent().expect("files lie in folders"))
+            .expect("folders can be made");
         fs::write(path, text).expect("files can be written");
     }
 
@@ -65,7 +66,11 @@ impl Project {
     pub fn executed(&self, spec: &str, rest: &[&str]) -> usize {
         let said = self.run("exec", spec, rest);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        let line = said.out.lines().find(|line| line.contains("nodes executed")).expect("exec says what it executed");
+        let line = said
+            .out
+            .lines()
+            .find(|line| line.contains("nodes executed"))
+            .expect("exec says what it executed");
         let first = line.split_whitespace().next().expect("the line begins with the number");
         first.parse().expect("the line begins with the number")
     }

@@ -15,11 +15,7 @@ fn items() {
     );
     check(
         "profile quick { a = 1, b = 2, }\nprofile desk { a = 1\n b = -2 }\nprofile none {}",
-        &[
-            "(profile quick a: 1 b: 2)",
-            "(profile desk a: 1 b: -2)",
-            "(profile none)",
-        ],
+        &["(profile quick a: 1 b: 2)", "(profile desk a: 1 b: -2)", "(profile none)"],
     );
     check(
         "axis seed = 0..seeds axis x = a.b..f(1)+2",
@@ -29,22 +25,14 @@ fn items() {
         "axis ke = { \"WCM\": wcm(), \"MA\": ma(), } axis none = {}",
         &[r#"(axis ke {"WCM": (wcm) "MA": (ma)})"#, "(axis none {})"],
     );
-    check(
-        "axis n = [1, 2,] axis m = ns",
-        &["(axis n [1 2])", "(axis m ns)"],
-    );
+    check("axis n = [1, 2,] axis m = ns", &["(axis n [1 2])", "(axis m ns)"]);
     check(
         "let f(a: Ke, b: Float = 0.5,) = a let g() = 1",
         &["(let f ((a Ke) (b Float 0.5)) a)", "(let g () 1)"],
     );
     check(
         "measure m = a figure \"1\" = b table \"2\" = c claim \"3\" : d < e",
-        &[
-            "(measure m a)",
-            r#"(figure "1" b)"#,
-            r#"(table "2" c)"#,
-            r#"(claim "3" (< d e))"#,
-        ],
+        &["(measure m a)", r#"(figure "1" b)"#, r#"(table "2" c)"#, r#"(claim "3" (< d e))"#],
     );
     check(
         "experiment a { let b = 1 } experiment c {}",
@@ -66,10 +54,7 @@ fn expressions() {
     expression(r#""a \" \\ \n \t é // b""#, &[r#""a \" \\ \n \t é // b""#]);
     expression("[[], [1, x,]]", &["[[] [1 x]]"]);
     expression("f(a, b: 1, c: g(),)", &["(f a b: 1 c: (g))"]);
-    expression(
-        "f (x).y[a: [1, 2], b: \"c\"]",
-        &[r#"(at (f x).y a: [1 2] b: "c")"#],
-    );
+    expression("f (x).y[a: [1, 2], b: \"c\"]", &[r#"(at (f x).y a: [1 2] b: "c")"#]);
     expression("a - b - c", &["(- (- a b) c)"]);
     expression("a + b * c / d - e", &["(- (+ a (/ (* b c) d)) e)"]);
     expression("(a + b) * c", &["(* (+ a b) c)"]);
@@ -119,10 +104,7 @@ fn docs() {
 #[test]
 fn editions() {
     check_file("edition \"2026\"", &[]);
-    check_file(
-        "\u{feff}// first\r\nedition \"2026\"\r\nlet a = 1\r\n",
-        &["(let a 1)"],
-    );
+    check_file("\u{feff}// first\r\nedition \"2026\"\r\nlet a = 1\r\n", &["(let a 1)"]);
     check_file(
         "",
         &[
@@ -171,10 +153,7 @@ fn editions() {
 
 #[test]
 fn broken_items() {
-    check(
-        "let a == 1",
-        &["(junk)", "IVX0101 1:7 expected `=`, found `==`; write `=`"],
-    );
+    check("let a == 1", &["(junk)", "IVX0101 1:7 expected `=`, found `==`; write `=`"]);
     check(
         "let a : Int = 1",
         &[
@@ -189,10 +168,7 @@ fn broken_items() {
             "IVX0101 1:9 expected `:`, found `=`; a parameter names its type: `param members: Int = 32`",
         ],
     );
-    check(
-        "param a: = 1",
-        &["(junk)", "IVX0101 1:10 expected a type, found `=`"],
-    );
+    check("param a: = 1", &["(junk)", "IVX0101 1:10 expected a type, found `=`"]);
     check(
         "claim \"c\" = a < b",
         &[
@@ -223,17 +199,11 @@ fn broken_items() {
     );
     check(
         "figure f = a",
-        &[
-            "(junk)",
-            "IVX0101 1:8 expected a string, found `f`; its name stands in quotes",
-        ],
+        &["(junk)", "IVX0101 1:8 expected a string, found `f`; its name stands in quotes"],
     );
     check(
         "measure \"m\" = a",
-        &[
-            "(junk)",
-            r#"IVX0101 1:9 expected a name, found `"m"`; a name stands without quotes"#,
-        ],
+        &["(junk)", r#"IVX0101 1:9 expected a name, found `"m"`; a name stands without quotes"#],
     );
     check(
         "include a.ivx",
@@ -244,10 +214,7 @@ fn broken_items() {
     );
     check(
         "lett a = 1",
-        &[
-            "(junk)",
-            "IVX0101 1:1 expected an item, found `lett`; did you mean `let`?",
-        ],
+        &["(junk)", "IVX0101 1:1 expected an item, found `lett`; did you mean `let`?"],
     );
     check(
         "let a = 1;\nlet b = 2",
@@ -259,46 +226,27 @@ fn broken_items() {
     );
     check(
         "let table = 1",
-        &[
-            "(junk)",
-            "IVX0101 1:5 `table` is a reserved word and cannot be a name",
-        ],
+        &["(junk)", "IVX0101 1:5 `table` is a reserved word and cannot be a name"],
     );
     check(
         "let a = as",
-        &[
-            "(let a junk)",
-            "IVX0101 1:9 `as` is a reserved word and cannot be a name",
-        ],
+        &["(let a junk)", "IVX0101 1:9 `as` is a reserved word and cannot be a name"],
     );
     check(
         "let a = match k { }",
-        &[
-            "(let a junk)",
-            "IVX0101 1:9 `match` is not part of this version yet",
-        ],
+        &["(let a junk)", "IVX0101 1:9 `match` is not part of this version yet"],
     );
     check(
         "axis task(scene, env) = x",
-        &[
-            "(junk)",
-            "IVX0101 1:10 an axis with fields is not part of this version yet",
-        ],
+        &["(junk)", "IVX0101 1:10 an axis with fields is not part of this version yet"],
     );
     check(
         "published t from \"t.ron\"\nlet a = 1",
-        &[
-            "(junk)",
-            "(let a 1)",
-            "IVX0101 1:1 `published` is not part of this version yet",
-        ],
+        &["(junk)", "(let a 1)", "IVX0101 1:1 `published` is not part of this version yet"],
     );
     check(
         "axis a = 0..",
-        &[
-            "(axis a junk)",
-            "IVX0101 1:13 expected an expression, found the end of the file",
-        ],
+        &["(axis a junk)", "IVX0101 1:13 expected an expression, found the end of the file"],
     );
     check(
         "axis a = { x: 1 }",
@@ -307,18 +255,9 @@ fn broken_items() {
             "IVX0101 1:12 expected a string or `}`, found `x`; a label stands in quotes",
         ],
     );
-    check(
-        "use \"a\" { }",
-        &["(junk)", "IVX0101 1:11 expected a name, found `}`"],
-    );
-    check(
-        "let a(b) = 1",
-        &["(junk)", "IVX0101 1:8 expected `:`, found `)`"],
-    );
-    check(
-        "profile p { a = 1 b }",
-        &["(junk)", "IVX0101 1:21 expected `=`, found `}`"],
-    );
+    check("use \"a\" { }", &["(junk)", "IVX0101 1:11 expected a name, found `}`"]);
+    check("let a(b) = 1", &["(junk)", "IVX0101 1:8 expected `:`, found `)`"]);
+    check("profile p { a = 1 b }", &["(junk)", "IVX0101 1:21 expected `=`, found `}`"]);
     check(
         "# comment",
         &["IVX0101 1:1 expected the next item, found `#`; a comment begins with `//`"],
@@ -334,17 +273,8 @@ fn broken_items() {
 
 #[test]
 fn broken_expressions() {
-    expression(
-        "",
-        &[
-            "junk",
-            "IVX0101 1:1 expected an expression, found the end of the file",
-        ],
-    );
-    expression(
-        "f(a b)",
-        &["junk", "IVX0101 1:5 expected `,`, `)` or `:`, found `b`"],
-    );
+    expression("", &["junk", "IVX0101 1:1 expected an expression, found the end of the file"]);
+    expression("f(a b)", &["junk", "IVX0101 1:5 expected `,`, `)` or `:`, found `b`"]);
     expression(
         "f(a = 1)",
         &[
@@ -352,31 +282,10 @@ fn broken_expressions() {
             "IVX0101 1:5 expected `,`, `)` or `:`, found `=`; what stands in brackets is named with `:`, as in `f(steps: 100)`",
         ],
     );
-    expression(
-        "f(,)",
-        &[
-            "junk",
-            "IVX0101 1:3 expected an expression or `)`, found `,`",
-        ],
-    );
-    expression(
-        "a b",
-        &[
-            "a",
-            "IVX0101 1:3 expected an operator or the next item, found `b`",
-        ],
-    );
-    expression(
-        "a +",
-        &[
-            "junk",
-            "IVX0101 1:4 expected an expression, found the end of the file",
-        ],
-    );
-    expression(
-        "a + * b",
-        &["junk", "IVX0101 1:5 expected an expression, found `*`"],
-    );
+    expression("f(,)", &["junk", "IVX0101 1:3 expected an expression or `)`, found `,`"]);
+    expression("a b", &["a", "IVX0101 1:3 expected an operator or the next item, found `b`"]);
+    expression("a +", &["junk", "IVX0101 1:4 expected an expression, found the end of the file"]);
+    expression("a + * b", &["junk", "IVX0101 1:5 expected an expression, found `*`"]);
     expression(
         "x[\"WCM\"]",
         &[
@@ -384,17 +293,8 @@ fn broken_expressions() {
             r#"IVX0101 1:3 expected a name, found `"WCM"`; name the axis too: `x[ke: "WCM"]`"#,
         ],
     );
-    expression(
-        "x[ke \"WCM\"]",
-        &["junk", r#"IVX0101 1:6 expected `:`, found `"WCM"`"#],
-    );
-    expression(
-        "[1, 2",
-        &[
-            "junk",
-            "IVX0101 1:6 expected `,` or `]`, found the end of the file",
-        ],
-    );
+    expression("x[ke \"WCM\"]", &["junk", r#"IVX0101 1:6 expected `:`, found `"WCM"`"#]);
+    expression("[1, 2", &["junk", "IVX0101 1:6 expected `,` or `]`, found the end of the file"]);
     expression(
         "f(a))",
         &[
@@ -453,25 +353,10 @@ fn broken_expressions() {
     );
     expression(
         r#""a\q""#,
-        &[
-            "junk",
-            r#"IVX0101 1:3 unknown escape `\q`; known are `\"`, `\\`, `\n` and `\t`"#,
-        ],
+        &["junk", r#"IVX0101 1:3 unknown escape `\q`; known are `\"`, `\\`, `\n` and `\t`"#],
     );
-    expression(
-        "a ! b",
-        &[
-            "a",
-            "IVX0101 1:3 expected an operator or the next item, found `!`",
-        ],
-    );
-    expression(
-        "f(a, \u{0})",
-        &[
-            "junk",
-            "IVX0101 1:6 expected an expression or `)`, found U+0000",
-        ],
-    );
+    expression("a ! b", &["a", "IVX0101 1:3 expected an operator or the next item, found `!`"]);
+    expression("f(a, \u{0})", &["junk", "IVX0101 1:6 expected an expression or `)`, found U+0000"]);
 }
 
 #[test]
@@ -573,11 +458,7 @@ fn experiments() {
     );
     check(
         "experiment a\nlet c = 3",
-        &[
-            "(junk)",
-            "(let c 3)",
-            "IVX0101 2:1 expected `{`, found `let`",
-        ],
+        &["(junk)", "(let c 3)", "IVX0101 2:1 expected `{`, found `let`"],
     );
     check(
         "experiment a {\n use \"b\"\n edition \"2026\"\n}",
@@ -589,11 +470,7 @@ fn experiments() {
     );
     check(
         "experiment a { }\n}",
-        &[
-            "(experiment a)",
-            "(junk)",
-            "IVX0101 2:1 this `}` closes nothing",
-        ],
+        &["(experiment a)", "(junk)", "IVX0101 2:1 this `}` closes nothing"],
     );
     check(
         "experiment a {",
@@ -617,21 +494,14 @@ fn limits() {
     deep(&format!("b{}", "[c: 1]".repeat(100_000)));
 
     let nested = |n: usize, open: &str, close: &str| {
-        format!(
-            "edition \"2026\" let a = {}b{}",
-            open.repeat(n),
-            close.repeat(n)
-        )
+        format!("edition \"2026\" let a = {}b{}", open.repeat(n), close.repeat(n))
     };
     assert_eq!(parse(&nested(256, "(", ")"), 0).1, []);
     assert_eq!(parse(&nested(128, "f(x: -[", "])"), 0).1, []);
     let nesting = |text: &str| {
         let (ast, diagnostics) = parse(text, 0);
         assert_eq!(ast, Ast::default());
-        let codes: Vec<_> = diagnostics
-            .iter()
-            .map(|diagnostic| diagnostic.code)
-            .collect();
+        let codes: Vec<_> = diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
         assert_eq!(codes, [Code::Nesting]);
     };
     nesting(&nested(257, "(", ")"));
@@ -678,32 +548,18 @@ fn spans_are_of_what_was_written() {
     let (ast, diagnostics) = parse(text, 3);
     let written = |span: Span| &text[span.start as usize..span.end as usize];
     let items: Vec<_> = ast.items.iter().map(|item| written(item.span)).collect();
-    assert_eq!(
-        items,
-        ["let é = 1", "let a = f(\"é\", b)", "let c = (x + 1) * -2"]
-    );
+    assert_eq!(items, ["let é = 1", "let a = f(\"é\", b)", "let c = (x + 1) * -2"]);
     assert_eq!(written(ast.edition.unwrap().span), "\"2026\"");
     assert_eq!(written(diagnostics[0].labels[0].span), "é");
-    let ItemKind::Let {
-        value: Expr {
-            kind: ExprKind::Call { name, args },
-            span,
-        },
-        ..
-    } = &ast.items[1].kind
+    let ItemKind::Let { value: Expr { kind: ExprKind::Call { name, args }, span }, .. } =
+        &ast.items[1].kind
     else {
         panic!("a call was written");
     };
     let call = [name.span, args[0].1.span, args[1].1.span, *span].map(written);
     assert_eq!(call, ["f", "\"é\"", "b", "f(\"é\", b)"]);
-    let ItemKind::Let {
-        value:
-            Expr {
-                kind: ExprKind::Binary { op, left, right },
-                span,
-            },
-        ..
-    } = &ast.items[2].kind
+    let ItemKind::Let { value: Expr { kind: ExprKind::Binary { op, left, right }, span }, .. } =
+        &ast.items[2].kind
     else {
         panic!("a product was written");
     };
@@ -779,16 +635,11 @@ fn any_text_gives_a_tree_with_spans_inside_it() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
     for _ in 0..20_000 {
         let blank = if rng.random() { " " } else { "" };
-        let soup: Vec<&str> = (0..rng.random_range(0..60))
-            .map(|_| words[rng.random_range(0..words.len())])
-            .collect();
+        let soup: Vec<&str> =
+            (0..rng.random_range(0..60)).map(|_| words[rng.random_range(0..words.len())]).collect();
         inside(&format!(
             "{}{}",
-            if rng.random() {
-                "edition \"2026\"\n"
-            } else {
-                ""
-            },
+            if rng.random() { "edition \"2026\"\n" } else { "" },
             soup.join(blank)
         ));
         let bytes: Vec<u8> = (0..rng.random_range(0..60)).map(|_| rng.random()).collect();
@@ -808,10 +659,7 @@ fn any_text_gives_a_tree_with_spans_inside_it() {
 /// Checks that diagnostics are in order and that each span of file 7 is a stretch of the text.
 fn inside(text: &str) {
     let (ast, diagnostics) = parse(text, 7);
-    assert!(
-        diagnostics.is_sorted_by_key(|diagnostic| diagnostic.labels[0].span.start),
-        "{text:?}"
-    );
+    assert!(diagnostics.is_sorted_by_key(|diagnostic| diagnostic.labels[0].span.start), "{text:?}");
     let shown = format!("{ast:?} {diagnostics:?}");
     for span in shown.split("Span { file: 7, start: ").skip(1) {
         let (start, rest) = span.split_once(", end: ").unwrap();
@@ -829,10 +677,7 @@ fn the_example_parses() {
         panic!("an experiment was written");
     };
     assert_eq!(items.len(), 13);
-    assert_eq!(
-        ast.items[1].docs,
-        "Thesis Example 2.8: what optimising a learned reward costs."
-    );
+    assert_eq!(ast.items[1].docs, "Thesis Example 2.8: what optimising a learned reward costs.");
     assert_eq!(items[0].docs, "ensemble size K");
 }
 
@@ -885,12 +730,7 @@ fn check_file(text: &str, expected: &[&str]) {
 #[track_caller]
 fn expression(text: &str, expected: &[&str]) {
     let mut outcome = outcome(&format!("edition \"2026\" let a =\n{text}"), 0);
-    outcome[0] = outcome[0]
-        .strip_prefix("(let a ")
-        .unwrap()
-        .strip_suffix(')')
-        .unwrap()
-        .to_owned();
+    outcome[0] = outcome[0].strip_prefix("(let a ").unwrap().strip_suffix(')').unwrap().to_owned();
     assert_eq!(outcome, expected);
 }
 
@@ -918,17 +758,12 @@ fn outcome(text: &str, line: usize) -> Vec<String> {
 }
 
 fn item(item: &Item) -> String {
-    let docs = if item.docs.is_empty() {
-        String::new()
-    } else {
-        format!("{:?} ", item.docs)
-    };
+    let docs = if item.docs.is_empty() { String::new() } else { format!("{:?} ", item.docs) };
     let inner = match &item.kind {
         ItemKind::Use { path, names } => {
             let names = names.iter().flatten();
-            let names: String = names
-                .map(|(a, b)| format!(" {} as {}", a.value, b.value))
-                .collect();
+            let names: String =
+                names.map(|(a, b)| format!(" {} as {}", a.value, b.value)).collect();
             format!("use {:?}{names}", path.value)
         }
         ItemKind::Include { path } => format!("include {:?}", path.value),
@@ -937,23 +772,12 @@ fn item(item: &Item) -> String {
         }
         ItemKind::Profile { name, sets } => format!("profile {}{}", name.value, named(sets)),
         ItemKind::Axis { name, values } => format!("axis {} {}", name.value, axis(values)),
-        ItemKind::Let {
-            name,
-            params: None,
-            value,
-        } => {
+        ItemKind::Let { name, params: None, value } => {
             format!("let {} {}", name.value, expr(value))
         }
-        ItemKind::Let {
-            name,
-            params: Some(params),
-            value,
-        } => {
+        ItemKind::Let { name, params: Some(params), value } => {
             let params = params.iter().map(|param| {
-                let default = param
-                    .default
-                    .as_ref()
-                    .map(|value| format!(" {}", expr(value)));
+                let default = param.default.as_ref().map(|value| format!(" {}", expr(value)));
                 let default = default.unwrap_or_default();
                 format!("({} {}{default})", param.name.value, type_of(&param.ty))
             });
@@ -961,10 +785,8 @@ fn item(item: &Item) -> String {
             format!("let {} ({}) {}", name.value, params.join(" "), expr(value))
         }
         ItemKind::Experiment { name, items } => {
-            let items: String = items
-                .iter()
-                .map(|inner| format!(" {}", self::item(inner)))
-                .collect();
+            let items: String =
+                items.iter().map(|inner| format!(" {}", self::item(inner))).collect();
             format!("experiment {}{items}", name.value)
         }
         ItemKind::Measure { name, value } => format!("measure {} {}", name.value, expr(value)),
@@ -1000,10 +822,7 @@ fn axis(values: &AxisExpr) -> String {
 }
 
 fn named(values: &[(crate::ast::Name, Expr)]) -> String {
-    values
-        .iter()
-        .map(|(name, value)| format!(" {}: {}", name.value, expr(value)))
-        .collect()
+    values.iter().map(|(name, value)| format!(" {}: {}", name.value, expr(value))).collect()
 }
 
 fn expr(e: &Expr) -> String {
@@ -1013,10 +832,7 @@ fn expr(e: &Expr) -> String {
         ExprKind::Float(value) => format!("{value:?}"),
         ExprKind::Str(value) => format!("{value:?}"),
         ExprKind::List(values) => {
-            format!(
-                "[{}]",
-                values.iter().map(expr).collect::<Vec<_>>().join(" ")
-            )
+            format!("[{}]", values.iter().map(expr).collect::<Vec<_>>().join(" "))
         }
         ExprKind::Name(name) => name.clone(),
         ExprKind::Call { name, args } => {

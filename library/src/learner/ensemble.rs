@@ -32,19 +32,8 @@ declare! {
 impl Learner for Ensemble {
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
         let MemberCount = self.members;
-        let mut data = if self.bootstrap {
-            resample(data, ctx)
-        } else {
-            data.clone()
-        };
-        let inner = if self.random_init {
-            *ctx
-        } else {
-            Ctx {
-                member: None,
-                ..*ctx
-            }
-        };
+        let mut data = if self.bootstrap { resample(data, ctx) } else { data.clone() };
+        let inner = if self.random_init { *ctx } else { Ctx { member: None, ..*ctx } };
         if !self.prior_network {
             return self.learner.train(&data, steps, &inner);
         }
@@ -71,8 +60,7 @@ fn resample(data: &Dataset, ctx: &Ctx) -> Dataset {
 
 fn with_prior(mut net: NetModel, prior: NetModel, scale: f64) -> NetModel {
     let prior = prior.params.into_iter();
-    net.params
-        .extend(prior.map(|(name, shape, values)| (format!("prior.{name}"), shape, values)));
+    net.params.extend(prior.map(|(name, shape, values)| (format!("prior.{name}"), shape, values)));
     net.prior_scale = scale;
     net
 }
@@ -100,33 +88,18 @@ mod tests {
             .with("net", Part::new("mlp").with("hidden", vec![16_i64, 16]))
             .with("optimiser", Part::new("adamw").with("lr", rate));
         let part = Part::new("ensemble").with("learner", inner);
-        SOURCES.iter().fold(part, |part, source| {
-            part.with(source, sources.contains(source))
-        })
+        SOURCES.iter().fold(part, |part, source| part.with(source, sources.contains(source)))
     }
 
     fn member(part: &Part, k: u64, steps: u64) -> Model {
         let learner = learners().build(&registry().complete(part)).unwrap();
-        learner
-            .train(
-                &waves(),
-                steps,
-                &Ctx {
-                    op: "train",
-                    seed: 2,
-                    member: Some(k),
-                },
-            )
-            .unwrap()
+        learner.train(&waves(), steps, &Ctx { op: "train", seed: 2, member: Some(k) }).unwrap()
     }
 
     /// Two periods within [-1, 1].
     fn waves() -> Dataset {
         let x: Vec<f64> = (0..25).map(|i| f64::from(i) / 12.0 - 1.0).collect();
-        Dataset {
-            y: x.iter().map(|x| (6.0 * x).sin()).collect(),
-            x,
-        }
+        Dataset { y: x.iter().map(|x| (6.0 * x).sin()).collect(), x }
     }
 
     #[test]
@@ -144,13 +117,9 @@ mod tests {
     #[test]
     fn sources_do_not_disturb_each_other() {
         let arrays = |sources: &[&str], prior: bool| {
-            let Model::Net(net) = member(&ensemble(sources), 0, 0) else {
-                unreachable!()
-            };
-            let arrays = net
-                .params
-                .into_iter()
-                .filter(|(name, ..)| name.starts_with("prior.") == prior);
+            let Model::Net(net) = member(&ensemble(sources), 0, 0) else { unreachable!() };
+            let arrays =
+                net.params.into_iter().filter(|(name, ..)| name.starts_with("prior.") == prior);
             arrays.collect::<Vec<_>>()
         };
         assert_eq!(arrays(&SOURCES, false), arrays(&["random_init"], false));
@@ -167,13 +136,9 @@ mod tests {
     /// Five members' spread at 2 to 3 is more than three times that at -1 to 1.
     #[test]
     fn members_agree_where_there_are_data() {
-        let models: Vec<_> = (0..5)
-            .map(|k| member(&ensemble(&SOURCES), k, 1500))
-            .collect();
+        let models: Vec<_> = (0..5).map(|k| member(&ensemble(&SOURCES), k, 1500)).collect();
         let spread = |from: f64, to: f64| {
-            let xs: Vec<_> = (0..=20)
-                .map(|i| from + (to - from) * f64::from(i) / 20.0)
-                .collect();
+            let xs: Vec<_> = (0..=20).map(|i| from + (to - from) * f64::from(i) / 20.0).collect();
             let values: Vec<_> = models.iter().map(|model| model.predict(&xs)).collect();
             let stds = (0..xs.len()).map(|i| {
                 let mean = values.iter().map(|v| v[i]).sum::<f64>() / 5.0;
@@ -182,19 +147,12 @@ mod tests {
             stds.sum::<f64>() / 21.0
         };
         let (inside, outside) = (spread(-1.0, 1.0), spread(2.0, 3.0));
-        assert!(
-            outside > 3.0 * inside && inside > 0.0,
-            "{inside} inside, {outside} outside"
-        );
+        assert!(outside > 3.0 * inside && inside > 0.0, "{inside} inside, {outside} outside");
     }
 
     #[test]
     fn a_resample_has_as_many_pairs_and_keeps_them_together() {
-        let ctx = Ctx {
-            op: "train",
-            seed: 2,
-            member: Some(0),
-        };
+        let ctx = Ctx { op: "train", seed: 2, member: Some(0) };
         let data = Dataset {
             x: (0..40).map(f64::from).collect(),
             y: (0..40).map(|i| f64::from(-i)).collect(),
@@ -211,15 +169,9 @@ mod tests {
     fn bits_do_not_depend_on_threads() {
         let part = ensemble(&SOURCES);
         let run = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| -> Vec<_> {
-                (0..4_u64)
-                    .into_par_iter()
-                    .map(|k| member(&part, k, 50).encode())
-                    .collect()
+                (0..4_u64).into_par_iter().map(|k| member(&part, k, 50).encode()).collect()
             })
         };
         let serial: Vec<_> = (0..4).map(|k| member(&part, k, 50).encode()).collect();
@@ -247,15 +199,7 @@ mod tests {
                 prior_network,
                 prior_scale: 1.0,
             };
-            part.train(
-                &waves(),
-                0,
-                &Ctx {
-                    op: "train",
-                    seed: 0,
-                    member: Some(0),
-                },
-            )
+            part.train(&waves(), 0, &Ctx { op: "train", seed: 0, member: Some(0) })
         };
         assert_eq!(train(true), Err(no_network()));
         assert_eq!(train(false), Ok(Model::Polynomial(vec![0.0])));

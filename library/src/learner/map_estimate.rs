@@ -36,17 +36,10 @@ impl Learner for MapEstimate {
         #[expect(clippy::cast_precision_loss, reason = "data count far below 2^53")]
         let n = data.x.len() as f64;
         let strength = (self.noise / self.prior.std()).powi(2) / n;
-        let pull = Pull {
-            strength,
-            centre: self.prior.mean(),
-        };
+        let pull = Pull { strength, centre: self.prior.mean() };
         let initial = self.net.init(&mut ctx.rng("init", &[]));
         let net = fit(initial, data, &*self.optimiser, pull, steps);
-        if net
-            .params
-            .iter()
-            .any(|(.., values)| values.iter().any(|x| !x.is_finite()))
-        {
+        if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
             let message = format!(
                 "training diverged within {steps} steps: lower the learning rate or widen the prior"
             );
@@ -66,11 +59,7 @@ mod tests {
     use crate::learner::learners;
     use crate::registry;
 
-    const CTX: Ctx = Ctx {
-        op: "train",
-        seed: 1,
-        member: None,
-    };
+    const CTX: Ctx = Ctx { op: "train", seed: 1, member: None };
 
     fn learner(hidden: &[i64], lr: f64) -> Part {
         let rate = Part::new("linear").with("from", lr).with("to", 0.0);
@@ -80,52 +69,32 @@ mod tests {
     }
 
     fn train(part: &Part, data: &Dataset, steps: u64) -> Result<Model, OpError> {
-        learners()
-            .build(&registry().complete(part))?
-            .train(data, steps, &CTX)
+        learners().build(&registry().complete(part))?.train(data, steps, &CTX)
     }
 
     fn data(f: fn(f64) -> f64) -> Dataset {
         let x: Vec<f64> = (0..25).map(|i| f64::from(i) / 12.0 - 1.0).collect();
-        Dataset {
-            y: x.iter().map(|&x| f(x)).collect(),
-            x,
-        }
+        Dataset { y: x.iter().map(|&x| f(x)).collect(), x }
     }
 
     fn rmse(model: &Model, data: &Dataset) -> f64 {
-        let errors = model
-            .predict(&data.x)
-            .into_iter()
-            .zip(&data.y)
-            .map(|(f, y)| (f - y).powi(2));
+        let errors = model.predict(&data.x).into_iter().zip(&data.y).map(|(f, y)| (f - y).powi(2));
         (errors.sum::<f64>() / 25.0).sqrt()
     }
 
     #[test]
     fn a_wave_is_learned() {
         let data = data(|x| (3.0 * x).sin());
-        let error = |steps| {
-            rmse(
-                &train(&learner(&[32, 32], 0.01), &data, steps).unwrap(),
-                &data,
-            )
-        };
+        let error = |steps| rmse(&train(&learner(&[32, 32], 0.01), &data, steps).unwrap(), &data);
         let (before, after) = (error(0), error(1000));
-        assert!(
-            after < 0.02 && before > 0.5,
-            "{before} before, {after} after"
-        );
+        assert!(after < 0.02 && before > 0.5, "{before} before, {after} after");
     }
 
     #[test]
     fn nothing_moves_in_no_steps() {
         let data = data(|x| x);
         let initial = train(&learner(&[4], 0.1), &data, 0).unwrap();
-        let net = crate::nn::Mlp {
-            hidden: vec![4],
-            activation: Box::new(crate::nn::Tanh {}),
-        };
+        let net = crate::nn::Mlp { hidden: vec![4], activation: Box::new(crate::nn::Tanh {}) };
         assert_eq!(initial, Model::Net(net.init(&mut CTX.rng("init", &[]))));
         assert_ne!(train(&learner(&[4], 0.1), &data, 1).unwrap(), initial);
     }
@@ -144,10 +113,7 @@ mod tests {
             let f = train(&part, &data, 1000).unwrap().predict(&[0.0, 1.0]);
             let squares: f64 = data.x.iter().map(|x| x * x).sum();
             let (w, b) = (2.0 * squares / (squares + 4.0), 25.0 / 29.0);
-            assert!(
-                (f[0] - b).abs() < 1e-4 && (f[1] - b - w).abs() < 1e-4,
-                "{optimiser}: {f:?}"
-            );
+            assert!((f[0] - b).abs() < 1e-4 && (f[1] - b - w).abs() < 1e-4, "{optimiser}: {f:?}");
         }
     }
 
@@ -158,14 +124,8 @@ mod tests {
         let centred = |mean: f64| {
             let prior = Part::new("normal").with("mean", mean).with("std", 0.05);
             let part = learner(&[4], 0.02).with("prior", prior).with("noise", 1.0);
-            let Model::Net(net) = train(&part, &data(|x| x), 500).unwrap() else {
-                unreachable!()
-            };
-            net.params
-                .iter()
-                .flat_map(|(.., values)| values.clone())
-                .map(f64::from)
-                .sum::<f64>()
+            let Model::Net(net) = train(&part, &data(|x| x), 500).unwrap() else { unreachable!() };
+            net.params.iter().flat_map(|(.., values)| values.clone()).map(f64::from).sum::<f64>()
                 / 13.0
         };
         assert!((centred(0.5) - 0.5).abs() < 1.0 / 16.0);

@@ -84,58 +84,30 @@ mod tests {
         for arg in &registry.decl(op).unwrap().args {
             let given = args.iter().find(|(name, _)| *name == arg.name);
             if let Some(lit) = given.map(|(_, lit)| lit).or(arg.default.as_ref()) {
-                call.args
-                    .insert(arg.name.to_owned(), registry.complete_lit(lit));
+                call.args.insert(arg.name.to_owned(), registry.complete_lit(lit));
             }
         }
         for (name, bytes) in ports {
             let values = vec![Bytes::clone(bytes)];
-            let one = Gathered {
-                dims: vec![],
-                values,
-                name: String::new(),
-            };
+            let one = Gathered { dims: vec![], values, name: String::new() };
             call.ports.insert((*name).to_owned(), vec![one]);
         }
-        registry
-            .run(
-                op,
-                &call,
-                &Ctx {
-                    op,
-                    seed: 0,
-                    member: None,
-                },
-            )
-            .unwrap()
+        registry.run(op, &call, &Ctx { op, seed: 0, member: None }).unwrap()
     }
 
     #[test]
     fn a_study_runs_by_name_on_defaults() {
         // Within the data: beyond them the highest prediction is an extrapolation.
-        let grid = || {
-            Part::new("grid")
-                .with("low", -0.8)
-                .with("high", 0.8)
-                .with("points", 101)
-        };
+        let grid = || Part::new("grid").with("low", -0.8).with("high", 0.8).with("points", 101);
         let features = Part::new("polynomial").with("degree", 20);
         let curve = || Part::new("sinusoids");
-        let data = run(
-            "sample",
-            &[("reward", curve().into()), ("n", 25.into())],
-            &[],
-        );
+        let data = run("sample", &[("reward", curve().into()), ("n", 25.into())], &[]);
 
         let learner = Part::new("linear_map").with("features", features.clone());
         let model = run("train", &[("learner", learner.into())], &[("on", &data)]);
         let among = [("ke", Part::new("wcm").into()), ("among", grid().into())];
         let decision = run("argmax", &among, &[("model", &model)]);
-        let regret = run(
-            "regret",
-            &[("under", curve().into())],
-            &[("decision", &decision)],
-        );
+        let regret = run("regret", &[("under", curve().into())], &[("decision", &decision)]);
         let regret = Array::decode(&regret).unwrap().values[0];
         assert!((0.0..0.3).contains(&regret), "{regret}");
 

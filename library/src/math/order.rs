@@ -54,10 +54,7 @@ pub fn quantile(xs: &[f64], q: f64) -> f64 {
     reason = "a place among `xs`: whole, not negative and below their number"
 )]
 pub fn quantile_of_sorted(xs: &[f64], q: f64) -> f64 {
-    assert!(
-        !xs.is_empty() && (0.0..=1.0).contains(&q),
-        "a quantile of something, in [0, 1]"
-    );
+    assert!(!xs.is_empty() && (0.0..=1.0).contains(&q), "a quantile of something, in [0, 1]");
     let place = real(xs.len() - 1) * q;
     let below = place.floor() as usize;
     let above = place.ceil() as usize;
@@ -93,10 +90,7 @@ mod tests {
     fn the_first_of_the_largest_wins() {
         assert_eq!(argmax(&[1.0, 3.0, 3.0, -1.0]), Some(1));
         assert_eq!(argmax(&[]), None);
-        assert_eq!(
-            (min(&[2.0, -1.0, 0.0]), max(&[2.0, -1.0, 0.0])),
-            (-1.0, 2.0)
-        );
+        assert_eq!((min(&[2.0, -1.0, 0.0]), max(&[2.0, -1.0, 0.0])), (-1.0, 2.0));
     }
 
     #[test]

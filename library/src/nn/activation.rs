@@ -44,10 +44,7 @@ impl Activation for Tanh {
     }
 
     fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        gradients
-            .iter_mut()
-            .zip(ys)
-            .for_each(|(g, y)| *g *= 1.0 - y * y);
+        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g *= 1.0 - y * y);
     }
 }
 
@@ -65,12 +62,7 @@ fn tanh(x: f32) -> f32 {
         6.372_619_3e-4,
         4.893_524_6e-3,
     ];
-    const Q: [f32; 4] = [
-        1.198_258_4e-6,
-        1.185_347_06e-4,
-        2.268_434_6e-3,
-        4.893_525_2e-3,
-    ];
+    const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_06e-4, 2.268_434_6e-3, 4.893_525_2e-3];
     // Beyond this the quotient is 1 to single precision; the polynomials go on growing.
     let x = x.clamp(-7.998_812, 7.998_812);
     let square = x * x;
@@ -90,10 +82,7 @@ impl Activation for Relu {
     }
 
     fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        gradients
-            .iter_mut()
-            .zip(ys)
-            .for_each(|(g, y)| *g = if *y > 0.0 { *g } else { 0.0 });
+        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g = if *y > 0.0 { *g } else { 0.0 });
     }
 }
 
@@ -110,10 +99,7 @@ impl Activation for Elu {
 
     fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
         // Below 0 the slope exp(x) is one more than the value.
-        gradients
-            .iter_mut()
-            .zip(ys)
-            .for_each(|(g, y)| *g *= if *y > 0.0 { 1.0 } else { y + 1.0 });
+        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g *= if *y > 0.0 { 1.0 } else { y + 1.0 });
     }
 }
 
@@ -144,10 +130,7 @@ mod tests {
     fn tanh_agrees_with_double_precision() {
         for x in grid() {
             let exact = f64::from(x).tanh();
-            assert!(
-                (f64::from(tanh(x)) - exact).abs() <= 4e-7 * exact.abs(),
-                "at {x}"
-            );
+            assert!((f64::from(tanh(x)) - exact).abs() <= 4e-7 * exact.abs(), "at {x}");
             assert!(tanh(x).abs() <= 1.0);
         }
         assert!(tanh(f32::NAN).is_nan());

@@ -58,12 +58,7 @@ pub(super) fn dense<T: Tape<f32, Cpu>>(x: Batch<T>, layer: &Rc<Dense>) -> Batch<
             bias_grad.iter_mut().zip(row).for_each(|(sum, d)| *sum += d);
         }
         let rows = Matrix::new(&delta, n, n_out);
-        multiply(
-            Matrix::new(&input, n, n_in).transposed(),
-            rows,
-            false,
-            weight_grad,
-        );
+        multiply(Matrix::new(&input, n, n_in).transposed(), rows, false, weight_grad);
         if layer.passes_gradient {
             let weight = Matrix::new(&layer.weight, n_in, n_out);
             multiply(rows, weight.transposed(), true, grads.get_or_alloc_mut(&x)?);

@@ -35,17 +35,11 @@ pub fn fit(
 ) -> NetModel {
     let mut layers = load(&net, "");
     let moments = |n: &[f32]| Moments::zeros(n.len());
-    let mut moments: Vec<_> = layers
-        .iter()
-        .map(|layer| (moments(&layer.weight), moments(&layer.bias)))
-        .collect();
+    let mut moments: Vec<_> =
+        layers.iter().map(|layer| (moments(&layer.weight), moments(&layer.bias))).collect();
     let (x, y) = (column(&data.x), column(&data.y));
     for t in 0..steps {
-        let step = Step {
-            t,
-            total: steps,
-            pull,
-        };
+        let step = Step { t, total: steps, pull };
         backward(&layers, &x, &y);
         for (layer, (of_weight, of_bias)) in layers.iter_mut().zip(&mut moments) {
             let layer = Rc::get_mut(layer).expect("the tape is spent");
@@ -71,19 +65,12 @@ pub fn predict(net: &NetModel, xs: &[f64]) -> Vec<f64> {
         return Vec::new();
     }
     let x = column(xs);
-    let outputs = |prefix| {
-        forward(x.clone(), &load(net, prefix))
-            .as_vec()
-            .into_iter()
-            .map(f64::from)
-    };
+    let outputs =
+        |prefix| forward(x.clone(), &load(net, prefix)).as_vec().into_iter().map(f64::from);
     if net.prior_scale == 0.0 {
         return outputs("").collect();
     }
-    outputs("")
-        .zip(outputs("prior."))
-        .map(|(f, prior)| f + net.prior_scale * prior)
-        .collect()
+    outputs("").zip(outputs("prior.")).map(|(f, prior)| f + net.prior_scale * prior).collect()
 }
 
 /// Half the mean squared error; its gradients are left in the layers.
@@ -115,31 +102,20 @@ fn load(net: &NetModel, prefix: &str) -> Vec<Rc<Dense>> {
             grads: RefCell::new((vec![0.0; n_in * n_out], vec![0.0; n_out])),
         })
     };
-    layer_shapes(&net.hidden)
-        .into_iter()
-        .enumerate()
-        .map(layer)
-        .collect()
+    layer_shapes(&net.hidden).into_iter().enumerate().map(layer).collect()
 }
 
 fn array<'a>(net: &'a NetModel, name: &str) -> &'a [f32] {
     let found = net.params.iter().find(|(n, ..)| n == name);
-    found
-        .map(|(.., values)| values.as_slice())
-        .expect("networks have an array for every layer")
+    found.map(|(.., values)| values.as_slice()).expect("networks have an array for every layer")
 }
 
 fn array_mut<'a>(net: &'a mut NetModel, name: &str) -> &'a mut Vec<f32> {
     let found = net.params.iter_mut().find(|(n, ..)| n == name);
-    found
-        .map(|(.., values)| values)
-        .expect("networks have an array for every layer")
+    found.map(|(.., values)| values).expect("networks have an array for every layer")
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "networks compute in single precision"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "networks compute in single precision")]
 fn column(values: &[f64]) -> Batch {
     let singles = values.iter().map(|&x| x as f32).collect();
     Cpu::default().tensor_from_vec(singles, (values.len(), 1))
@@ -159,22 +135,12 @@ mod tests {
             .with("hidden", hidden.to_vec())
             .with("activation", Part::new(activation));
         let net = nets().build(&registry().complete(&part)).unwrap();
-        net.init(
-            &mut Ctx {
-                op: "train",
-                seed: 5,
-                member: None,
-            }
-            .rng("init", &[]),
-        )
+        net.init(&mut Ctx { op: "train", seed: 5, member: None }.rng("init", &[]))
     }
 
     fn waves() -> Dataset {
         let x: Vec<f64> = (0..7).map(|i| f64::from(i) / 3.0 - 1.0).collect();
-        Dataset {
-            y: x.iter().map(|x| (3.0 * x).sin()).collect(),
-            x,
-        }
+        Dataset { y: x.iter().map(|x| (3.0 * x).sin()).collect(), x }
     }
 
     /// The gradient of half the mean squared error, by array name.
@@ -209,10 +175,8 @@ mod tests {
         assert!(predict(&net, &[]).is_empty());
 
         // The same function again as its prior, at half the scale.
-        let prior = net
-            .params
-            .iter()
-            .map(|(name, s, v)| (format!("prior.{name}"), s.clone(), v.clone()));
+        let prior =
+            net.params.iter().map(|(name, s, v)| (format!("prior.{name}"), s.clone(), v.clone()));
         net.params = net.params.iter().cloned().chain(prior).collect();
         net.prior_scale = 0.5;
         assert_eq!(predict(&net, &[1.0]), [14.25]);
@@ -223,10 +187,8 @@ mod tests {
     fn gradients_agree_with_central_differences() {
         let data = waves();
         let loss = |net: &NetModel| {
-            let errors = predict(net, &data.x)
-                .into_iter()
-                .zip(&data.y)
-                .map(|(f, y)| (f - y).powi(2));
+            let errors =
+                predict(net, &data.x).into_iter().zip(&data.y).map(|(f, y)| (f - y).powi(2));
             errors.sum::<f64>() / (2.0 * 7.0)
         };
         let h = 1.0 / 64.0;
@@ -269,9 +231,7 @@ mod tests {
             let product = x.matmul(weight.clone());
             let shape = (data.x.len(), layer_shapes(&net.hidden)[i].1);
             let sum = product
-                + bias
-                    .retaped::<OwnedTape<f32, Cpu>>()
-                    .broadcast_like::<_, Axis<0>>(&shape);
+                + bias.retaped::<OwnedTape<f32, Cpu>>().broadcast_like::<_, Axis<0>>(&shape);
             x = if i < 2 { sum.relu() } else { sum };
         }
         let theirs = ((x - column(&data.y)).square().mean() * 0.5).backward();
@@ -281,15 +241,9 @@ mod tests {
                 (&ours[2 * i].1, theirs.get(weight).as_vec()),
                 (&ours[2 * i + 1].1, theirs.get(bias).as_vec()),
             ] {
-                let distance = ours
-                    .iter()
-                    .zip(&theirs)
-                    .map(|(a, b)| (a - b).abs())
-                    .fold(0.0, f32::max);
-                assert!(
-                    distance < 1e-6 && theirs.iter().any(|g| g.abs() > 1e-3),
-                    "layer {i}"
-                );
+                let distance =
+                    ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(distance < 1e-6 && theirs.iter().any(|g| g.abs() > 1e-3), "layer {i}");
             }
         }
     }

@@ -17,21 +17,13 @@ impl<'a> Matrix<'a> {
     /// `rows` by `cols`, row after row.
     pub(super) fn new(values: &'a [f32], rows: usize, cols: usize) -> Self {
         assert_eq!(values.len(), rows * cols, "as many values as places");
-        Self {
-            values,
-            shape: (rows, cols),
-            strides: (cols, 1),
-        }
+        Self { values, shape: (rows, cols), strides: (cols, 1) }
     }
 
     /// Its transpose, without a copy.
     pub(super) fn transposed(self) -> Self {
         let ((rows, cols), (down, right)) = (self.shape, self.strides);
-        Self {
-            values: self.values,
-            shape: (cols, rows),
-            strides: (right, down),
-        }
+        Self { values: self.values, shape: (cols, rows), strides: (right, down) }
     }
 }
 
@@ -64,10 +56,7 @@ fn thin(a: Matrix<'_>, b: Matrix<'_>, add: bool, out: &mut [f32]) {
             }
         } else {
             for (sum, right) in row.iter_mut().zip(b.values.chunks_exact(inner)) {
-                *sum += right
-                    .iter()
-                    .enumerate()
-                    .fold(0.0, |dot, (k, y)| dot + left(k) * y);
+                *sum += right.iter().enumerate().fold(0.0, |dot, (k, y)| dot + left(k) * y);
             }
         }
     }
@@ -91,14 +80,9 @@ mod tests {
 
     #[test]
     fn products_of_every_orientation_and_size_are_sums_of_products() {
-        for (rows, inner, cols) in [
-            (1, 1, 1),
-            (2, 3, 4),
-            (9, 1, 20),
-            (9, 20, 1),
-            (9, 12, 20),
-            (1, 12, 9),
-        ] {
+        for (rows, inner, cols) in
+            [(1, 1, 1), (2, 3, 4), (9, 1, 20), (9, 20, 1), (9, 12, 20), (1, 12, 9)]
+        {
             // Small whole numbers, so that sums are exact.
             let whole = |n: usize, seed: usize| -> Vec<f32> {
                 (0..n)
@@ -113,19 +97,11 @@ mod tests {
                 expected[i * cols + j] += a[i * inner + k] * b[k * cols + j];
             }
             let flip = |values: &[f32], rows: usize, cols: usize| -> Vec<f32> {
-                (0..rows * cols)
-                    .map(|n| values[n % rows * cols + n / rows])
-                    .collect()
+                (0..rows * cols).map(|n| values[n % rows * cols + n / rows]).collect()
             };
             let (at, bt) = (flip(&a, rows, inner), flip(&b, inner, cols));
-            let lefts = [
-                Matrix::new(&a, rows, inner),
-                Matrix::new(&at, inner, rows).transposed(),
-            ];
-            let rights = [
-                Matrix::new(&b, inner, cols),
-                Matrix::new(&bt, cols, inner).transposed(),
-            ];
+            let lefts = [Matrix::new(&a, rows, inner), Matrix::new(&at, inner, rows).transposed()];
+            let rights = [Matrix::new(&b, inner, cols), Matrix::new(&bt, cols, inner).transposed()];
             for (left, right) in lefts.into_iter().flat_map(|l| rights.map(|r| (l, r))) {
                 let mut out = vec![1.0; rows * cols];
                 multiply(left, right, true, &mut out);

@@ -35,23 +35,14 @@ impl Net for Mlp {
         for (i, (n_in, n_out)) in layer_shapes(&self.hidden).into_iter().enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "widths are far below 2^24")]
             let bound = 1.0 / (n_in as f32).sqrt();
-            let mut draw = |n| {
-                (0..n)
-                    .map(|_| bound * (2.0 * rng.random::<f32>() - 1.0))
-                    .collect()
-            };
+            let mut draw = |n| (0..n).map(|_| bound * (2.0 * rng.random::<f32>() - 1.0)).collect();
             params.push((format!("{i}.weight"), vec![n_in, n_out], draw(n_in * n_out)));
             params.push((format!("{i}.bias"), vec![n_out], draw(n_out)));
         }
         // By name, as they come back from a file.
         params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
         let activation = self.activation.name().to_owned();
-        NetModel {
-            hidden: self.hidden.clone(),
-            activation,
-            prior_scale: 0.0,
-            params,
-        }
+        NetModel { hidden: self.hidden.clone(), activation, prior_scale: 0.0, params }
     }
 }
 
@@ -79,31 +70,18 @@ mod tests {
     use crate::nn::activation::Relu;
 
     fn init(hidden: &[usize], seed: i64) -> NetModel {
-        let ctx = Ctx {
-            op: "train",
-            seed,
-            member: None,
-        };
-        let mlp = Mlp {
-            hidden: hidden.to_vec(),
-            activation: Box::new(Relu {}),
-        };
+        let ctx = Ctx { op: "train", seed, member: None };
+        let mlp = Mlp { hidden: hidden.to_vec(), activation: Box::new(Relu {}) };
         mlp.init(&mut ctx.rng("init", &[]))
     }
 
     #[test]
     fn arrays_have_the_shapes_of_the_layers() {
         let shapes = |net: NetModel| -> Vec<_> {
-            net.params
-                .into_iter()
-                .map(|(name, shape, _)| (name, shape))
-                .collect()
+            net.params.into_iter().map(|(name, shape, _)| (name, shape)).collect()
         };
         let named = |name: &str, shape: &[usize]| (name.to_owned(), shape.to_vec());
-        assert_eq!(
-            shapes(init(&[], 0)),
-            [named("0.bias", &[1]), named("0.weight", &[1, 1])]
-        );
+        assert_eq!(shapes(init(&[], 0)), [named("0.bias", &[1]), named("0.weight", &[1, 1])]);
         assert_eq!(
             shapes(init(&[3], 0)),
             [

@@ -15,10 +15,7 @@ impl<F: Float> Moments<F> {
     /// Those of `n` parameters before the first step.
     #[must_use]
     pub fn zeros(n: usize) -> Self {
-        Self {
-            first: vec![F::zero(); n],
-            second: vec![F::zero(); n],
-        }
+        Self { first: vec![F::zero(); n], second: vec![F::zero(); n] }
     }
 }
 
@@ -67,14 +64,7 @@ pub fn adam<F: Float>(
     let [new1, new2] = [1.0 - rule.beta1, 1.0 - rule.beta2].map(real::<F>);
     // The pulls as one line: η Σ strength (θ - centre) = decay θ - shift.
     let decay = real::<F>(rule.lr * rule.pulls.iter().map(|p| p.strength).sum::<f64>());
-    let shift = real::<F>(
-        rule.lr
-            * rule
-                .pulls
-                .iter()
-                .map(|p| p.strength * p.centre)
-                .sum::<f64>(),
-    );
+    let shift = real::<F>(rule.lr * rule.pulls.iter().map(|p| p.strength * p.centre).sum::<f64>());
     let moments = moments.first.iter_mut().zip(&mut moments.second);
     for ((p, &g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
         *m = keep1 * *m + new1 * g;
@@ -142,29 +132,19 @@ pub fn clip_global_norm<F: Float>(grads: &mut [&mut [F]], max_norm: f64) -> F {
 /// The Euclidean norm of all gradients together.
 #[must_use]
 pub fn global_norm<F: Float>(grads: &[&mut [F]]) -> F {
-    grads
-        .iter()
-        .flat_map(|array| array.iter())
-        .fold(F::zero(), |sum, &g| sum + g * g)
-        .sqrt()
+    grads.iter().flat_map(|array| array.iter()).fold(F::zero(), |sum, &g| sum + g * g).sqrt()
 }
 
 /// Moves the target network's parameters a little (Polyak): `θ⁻ ← (1 - τ) θ⁻ + τ θ`.
 pub fn target_update<F: Float>(target: &mut [F], online: &[F], tau: f64) {
     let (keep, new) = (real::<F>(1.0 - tau), real::<F>(tau));
-    target
-        .iter_mut()
-        .zip(online)
-        .for_each(|(t, &o)| *t = keep * *t + new * o);
+    target.iter_mut().zip(online).for_each(|(t, &o)| *t = keep * *t + new * o);
 }
 
 /// Adds a pull to the gradients, for rules that do not decouple it.
 pub fn add_pull<F: Float>(pull: Pull, params: &[F], grads: &mut [F]) {
     let (strength, centre) = (real::<F>(pull.strength), real::<F>(pull.centre));
-    grads
-        .iter_mut()
-        .zip(params)
-        .for_each(|(g, &p)| *g = *g + strength * (p - centre));
+    grads.iter_mut().zip(params).for_each(|(g, &p)| *g = *g + strength * (p - centre));
 }
 
 fn real<F: Float>(x: f64) -> F {
@@ -180,44 +160,22 @@ mod tests {
         beta1: 0.9,
         beta2: 0.999,
         eps: 0.0,
-        pulls: [Pull {
-            strength: 0.0,
-            centre: 0.0,
-        }; 2],
+        pulls: [Pull { strength: 0.0, centre: 0.0 }; 2],
     };
 
     #[test]
     fn the_first_step_of_adam_has_the_length_of_the_rate() {
         // m̂ = g and v̂ = g², so that θ moves by η sign(g).
         let mut params = [1.0_f64, 1.0];
-        adam(
-            &PLAIN,
-            0,
-            &mut params,
-            &[0.25, -3.0],
-            &mut Moments::zeros(2),
-        );
+        adam(&PLAIN, 0, &mut params, &[0.25, -3.0], &mut Moments::zeros(2));
         assert!((params[0] - 0.9).abs() < 1e-12 && (params[1] - 1.1).abs() < 1e-12);
     }
 
     #[test]
     fn a_pull_without_gradient_closes_its_share_of_the_distance() {
         // η strength = 0.05; (3 − 1) · 0.95 = 1.9 remains to 1. And weight decay takes 0.02 · 3.
-        let pulls = [
-            Pull {
-                strength: 0.5,
-                centre: 1.0,
-            },
-            Pull {
-                strength: 0.2,
-                centre: 0.0,
-            },
-        ];
-        let rule = Adam {
-            eps: 1e-8,
-            pulls,
-            ..PLAIN
-        };
+        let pulls = [Pull { strength: 0.5, centre: 1.0 }, Pull { strength: 0.2, centre: 0.0 }];
+        let rule = Adam { eps: 1e-8, pulls, ..PLAIN };
         let mut params = [3.0_f64];
         adam(&rule, 0, &mut params, &[0.0], &mut Moments::zeros(1));
         assert!((params[0] - (2.9 - 0.06)).abs() < 1e-12);
@@ -239,20 +197,10 @@ mod tests {
     #[test]
     fn centring_divides_by_the_deviation() {
         // v = 2, m = 1, g = 2: plain √2, centred √(2 − 1) = 1.
-        let rule = RmsProp {
-            lr: 1.0,
-            decay: 0.5,
-            eps: 0.0,
-            centered: false,
-        };
+        let rule = RmsProp { lr: 1.0, decay: 0.5, eps: 0.0, centered: false };
         for (centered, step) in [(false, 2.0_f64.sqrt()), (true, 2.0)] {
             let mut params = [0.0_f64];
-            rmsprop(
-                &RmsProp { centered, ..rule },
-                &mut params,
-                &[2.0],
-                &mut Moments::zeros(1),
-            );
+            rmsprop(&RmsProp { centered, ..rule }, &mut params, &[2.0], &mut Moments::zeros(1));
             assert!((params[0] + step).abs() < 1e-12);
         }
     }

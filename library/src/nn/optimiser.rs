@@ -97,20 +97,8 @@ impl Optimiser for AdamW {
         moments: &mut Moments<f32>,
     ) {
         let lr = self.lr.at(step.t, step.total);
-        let pulls = [
-            step.pull,
-            Pull {
-                strength: self.weight_decay,
-                centre: 0.0,
-            },
-        ];
-        let rule = optim::Adam {
-            lr,
-            beta1: self.beta1,
-            beta2: self.beta2,
-            eps: self.eps,
-            pulls,
-        };
+        let pulls = [step.pull, Pull { strength: self.weight_decay, centre: 0.0 }];
+        let rule = optim::Adam { lr, beta1: self.beta1, beta2: self.beta2, eps: self.eps, pulls };
         optim::adam(&rule, step.t, params, grads, moments);
     }
 }
@@ -126,13 +114,7 @@ impl Optimiser for Adam {
         optim::add_pull(step.pull, params, grads);
         let lr = self.lr.at(step.t, step.total);
         let pulls = [Pull::default(); 2];
-        let rule = optim::Adam {
-            lr,
-            beta1: self.beta1,
-            beta2: self.beta2,
-            eps: self.eps,
-            pulls,
-        };
+        let rule = optim::Adam { lr, beta1: self.beta1, beta2: self.beta2, eps: self.eps, pulls };
         optim::adam(&rule, step.t, params, grads, moments);
     }
 }
@@ -161,12 +143,7 @@ impl Optimiser for RmsProp {
     ) {
         optim::add_pull(step.pull, params, grads);
         let lr = self.lr.at(step.t, step.total);
-        let rule = optim::RmsProp {
-            lr,
-            decay: self.decay,
-            eps: self.eps,
-            centered: self.centered,
-        };
+        let rule = optim::RmsProp { lr, decay: self.decay, eps: self.eps, centered: self.centered };
         optim::rmsprop(&rule, params, grads, moments);
     }
 }
@@ -195,14 +172,7 @@ mod tests {
         let optimiser = optimisers().build(&registry().complete(part)).unwrap();
         let (mut params, mut moments) = ([0.0_f32], Moments::zeros(1));
         for t in 0..2000 {
-            let step = Step {
-                t,
-                total: 2000,
-                pull: Pull {
-                    strength: 1.0,
-                    centre: 3.0,
-                },
-            };
+            let step = Step { t, total: 2000, pull: Pull { strength: 1.0, centre: 3.0 } };
             let mut grads = [params[0] - 1.0];
             optimiser.update(&step, &mut params, &mut grads, &mut moments);
         }
@@ -223,33 +193,16 @@ mod tests {
     fn only_adamw_keeps_the_pull_out_of_its_normalisation() {
         // At θ = 0 the gradient is −1, the pull towards 3 of strength 1 is −3, and η = 0.1.
         let step = |part: &Part| {
-            let part = part
-                .clone()
-                .with("lr", Part::new("constant").with("value", 0.1));
+            let part = part.clone().with("lr", Part::new("constant").with("value", 0.1));
             let optimiser = optimisers().build(&registry().complete(&part)).unwrap();
             let mut params = [0.0_f32, 2.0];
-            let step = Step {
-                t: 0,
-                total: 9,
-                pull: Pull {
-                    strength: 1.0,
-                    centre: 3.0,
-                },
-            };
-            optimiser.update(
-                &step,
-                &mut params,
-                &mut [-1.0, -1.0],
-                &mut Moments::zeros(2),
-            );
+            let step = Step { t: 0, total: 9, pull: Pull { strength: 1.0, centre: 3.0 } };
+            optimiser.update(&step, &mut params, &mut [-1.0, -1.0], &mut Moments::zeros(2));
             params
         };
         let close = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
         assert!(close(step(&Part::new("adam")), [0.1, 2.1]));
         assert!(close(step(&Part::new("adamw")), [0.1 + 0.3, 2.1 + 0.1]));
-        assert!(close(
-            step(&Part::new("adamw").with("weight_decay", 0.5)),
-            [0.4, 2.2 - 0.1]
-        ));
+        assert!(close(step(&Part::new("adamw").with("weight_decay", 0.5)), [0.4, 2.2 - 0.1]));
     }
 }

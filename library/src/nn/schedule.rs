@@ -40,11 +40,7 @@ impl Schedule for Constant {
 impl Schedule for Linear {
     #[expect(clippy::cast_precision_loss, reason = "steps count far below 2^53")]
     fn at(&self, t: u64, total: u64) -> f64 {
-        let done = if total == 0 {
-            0.0
-        } else {
-            t.min(total) as f64 / total as f64
-        };
+        let done = if total == 0 { 0.0 } else { t.min(total) as f64 / total as f64 };
         self.from + (self.to - self.from) * done
     }
 }
@@ -52,9 +48,7 @@ impl Schedule for Linear {
 /// The schedules, by name.
 pub(crate) fn schedules() -> &'static Parts<dyn Schedule> {
     static TABLE: LazyLock<Parts<dyn Schedule>> = LazyLock::new(|| {
-        Parts::<dyn Schedule>::new()
-            .with(|x: Constant| Box::new(x))
-            .with(|x: Linear| Box::new(x))
+        Parts::<dyn Schedule>::new().with(|x: Constant| Box::new(x)).with(|x: Linear| Box::new(x))
     });
     &TABLE
 }

@@ -72,12 +72,7 @@ fn check_cases(
         }
     }
     assert!(n_cases > 0 || elsewhere().is_some(), "{topic} has no case to check");
-    assert!(
-        errors.is_empty(),
-        "{} differ:\n{}",
-        errors.len(),
-        errors.join("\n")
-    );
+    assert!(errors.is_empty(), "{} differ:\n{}", errors.len(), errors.join("\n"));
 }
 
 /// Another folder to read from, in the same format.
@@ -101,15 +96,10 @@ fn read(topic: &str) -> Option<Value> {
 /// The leaves of a tree with their paths. Lists are leaves unless they hold objects.
 fn leaves(tree: &Value) -> Vec<(Vec<String>, &Value)> {
     let children: Vec<(String, &Value)> = match tree {
-        Value::Object(fields) => fields
-            .iter()
-            .map(|(key, value)| (key.clone(), value))
-            .collect(),
-        Value::Array(items) if items.iter().any(Value::is_object) => items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| (i.to_string(), item))
-            .collect(),
+        Value::Object(fields) => fields.iter().map(|(key, value)| (key.clone(), value)).collect(),
+        Value::Array(items) if items.iter().any(Value::is_object) => {
+            items.iter().enumerate().map(|(i, item)| (i.to_string(), item)).collect()
+        }
         leaf => return vec![(vec![], leaf)],
     };
     let below = children.into_iter().flat_map(|(key, child)| {
@@ -133,11 +123,7 @@ fn difference(expected: &Value, found: &Value, rtol: f64, atol: f64) -> Option<S
         }
         (Value::Number(_), Value::Number(_)) => {
             let (a, b) = (number(expected), number(found));
-            if (a - b).abs() <= atol + rtol * a.abs() {
-                None
-            } else {
-                differ()
-            }
+            if (a - b).abs() <= atol + rtol * a.abs() { None } else { differ() }
         }
         _ => {
             if expected == found {
@@ -151,32 +137,24 @@ fn difference(expected: &Value, found: &Value, rtol: f64, atol: f64) -> Option<S
 
 /// A JSON number.
 pub(crate) fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("expected a number, found {value}"))
+    value.as_f64().unwrap_or_else(|| panic!("expected a number, found {value}"))
 }
 
 /// A JSON list of numbers.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
-    let items = value
-        .as_array()
-        .unwrap_or_else(|| panic!("expected a list, found {value}"));
+    let items = value.as_array().unwrap_or_else(|| panic!("expected a list, found {value}"));
     items.iter().map(number).collect()
 }
 
 /// A JSON list of lists of numbers.
 pub(crate) fn rows(value: &Value) -> Vec<Vec<f64>> {
-    let items = value
-        .as_array()
-        .unwrap_or_else(|| panic!("expected a list, found {value}"));
+    let items = value.as_array().unwrap_or_else(|| panic!("expected a list, found {value}"));
     items.iter().map(numbers).collect()
 }
 
 /// A JSON string.
 pub(crate) fn text(value: &Value) -> &str {
-    value
-        .as_str()
-        .unwrap_or_else(|| panic!("expected a string, found {value}"))
+    value.as_str().unwrap_or_else(|| panic!("expected a string, found {value}"))
 }
 
 /// The parameter of a key such as `mvu_-0.3`: what follows `name` and an underscore.
@@ -192,10 +170,7 @@ mod tests {
     #[test]
     fn a_leaf_is_found_by_its_path() {
         let tree = json!({"a": {"b": [1, 2]}, "c": [{"d": true}]});
-        let paths: Vec<String> = leaves(&tree)
-            .iter()
-            .map(|(path, _)| path.join("."))
-            .collect();
+        let paths: Vec<String> = leaves(&tree).iter().map(|(path, _)| path.join(".")).collect();
         assert_eq!(paths, ["a.b", "c.0.d"]);
     }
 

@@ -45,17 +45,12 @@ impl Inputs<'_> {
     /// A number; none where it is left out or null.
     fn number(&self, name: &str) -> Option<f64> {
         let value = &self.0.inputs[name];
-        assert!(
-            value.is_number() || value.is_null(),
-            "{}: `{name}` is {value}",
-            self.0.name
-        );
+        assert!(value.is_number() || value.is_null(), "{}: `{name}` is {value}", self.0.name);
         value.as_f64()
     }
 
     fn required(&self, name: &str) -> f64 {
-        self.number(name)
-            .unwrap_or_else(|| panic!("{}: needs `{name}`", self.0.name))
+        self.number(name).unwrap_or_else(|| panic!("{}: needs `{name}`", self.0.name))
     }
 
     fn vector(&self, name: &str) -> Vec<f64> {
@@ -63,22 +58,12 @@ impl Inputs<'_> {
     }
 
     fn matrix(&self, name: &str) -> Vec<Vec<f64>> {
-        self.0.inputs[name]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(numbers)
-            .collect()
+        self.0.inputs[name].as_array().unwrap().iter().map(numbers).collect()
     }
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|x| x.as_f64().unwrap())
-        .collect()
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
 /// Order of an update: clip, decay, Adam.
@@ -100,10 +85,7 @@ fn adam(inputs: &Inputs<'_>) -> Value {
         Some(_) => Box::new(Linear { from: lr, to: 0.0 }),
         None => Box::new(Constant { value: lr }),
     };
-    let weight_decay = Pull {
-        strength: inputs.number("weight_decay").unwrap_or(0.0),
-        centre: 0.0,
-    };
+    let weight_decay = Pull { strength: inputs.number("weight_decay").unwrap_or(0.0), centre: 0.0 };
     let mut rule = optim::Adam {
         lr,
         beta1: inputs.required("beta1"),
@@ -129,10 +111,7 @@ fn adam(inputs: &Inputs<'_>) -> Value {
 
 fn sgd(inputs: &Inputs<'_>) -> Value {
     inputs.are(&["params", "grads", "lr", "momentum"]);
-    let (lr, momentum) = (
-        inputs.required("lr"),
-        inputs.number("momentum").unwrap_or(0.0),
-    );
+    let (lr, momentum) = (inputs.required("lr"), inputs.number("momentum").unwrap_or(0.0));
     let mut params = inputs.vector("params");
     let mut velocity = vec![0.0; params.len()];
     let path = inputs.matrix("grads").into_iter().map(|grads| {
@@ -162,10 +141,6 @@ fn rmsprop(inputs: &Inputs<'_>) -> Value {
 fn polyak(inputs: &Inputs<'_>) -> Value {
     inputs.are(&["online", "target", "tau"]);
     let mut target = inputs.vector("target");
-    target_update(
-        &mut target,
-        &inputs.vector("online"),
-        inputs.required("tau"),
-    );
+    target_update(&mut target, &inputs.vector("online"), inputs.required("tau"));
     json!({ "target_new": target })
 }
