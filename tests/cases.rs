@@ -2,12 +2,10 @@
 //!
 //! `BLESS=1` rewrites the expected texts; review the difference.
 
-mod project;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use project::Project;
+use crate::project::Project;
 
 #[test]
 fn every_case_says_what_it_should() {

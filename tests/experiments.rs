@@ -1,11 +1,9 @@
 //! The specs of `experiments/`.
 
-mod project;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use project::{Project, run};
+use crate::project::{Project, run};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments")

@@ -1,8 +1,6 @@
 //! What runs again, and what does not: the promise of the cache.
 
-mod project;
-
-use project::Project;
+use crate::project::Project;
 
 const SMALL: &str = include_str!("specs/small.ivx");
 
