@@ -20,7 +20,7 @@ struct Ivx;
 const EDITION: &str = "2026";
 
 /// The longest item, in bytes: pest keeps some hundred bytes for each.
-const LONGEST: usize = 1 << 20;
+const LONGEST: usize = 1 << 18;
 
 /// After so many faults the rest of a file is not read.
 const MOST_FAULTS: usize = 100;
@@ -34,35 +34,18 @@ const MOST_FAULTS: usize = 100;
 /// - `file`: goes into the spans.
 #[must_use]
 pub fn parse(text: &str, file: u32) -> (Ast, Vec<Diagnostic>) {
-    let whole = Span {
-        file,
-        start: 0,
-        end: 0,
-    };
+    let whole = Span { file, start: 0, end: 0 };
     if u32::try_from(text.len()).is_err() {
         let message = "the file is larger than 4 GiB";
-        return (
-            Ast::default(),
-            vec![Diagnostic::new(Code::Syntax, whole, message, "")],
-        );
+        return (Ast::default(), vec![Diagnostic::new(Code::Syntax, whole, message, "")]);
     }
     let unclosed = match scan::unclosed(text, 0, text.len()) {
         Ok(unclosed) => unclosed,
         Err(place) => return (Ast::default(), vec![fault::nesting(file, place)]),
     };
-    let pos = if text.starts_with('\u{feff}') {
-        '\u{feff}'.len_utf8()
-    } else {
-        0
-    };
-    let mut reader = Reader {
-        text,
-        file,
-        pos,
-        unclosed,
-        edition: Edition::Absent,
-        diagnostics: Vec::new(),
-    };
+    let pos = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    let mut reader =
+        Reader { text, file, pos, unclosed, edition: Edition::Absent, diagnostics: Vec::new() };
     let items = reader.items(None);
     let edition = match reader.edition {
         Edition::Read(edition) => Some(edition),
@@ -75,9 +58,7 @@ pub fn parse(text: &str, file: u32) -> (Ast, Vec<Diagnostic>) {
             None
         }
     };
-    reader
-        .diagnostics
-        .sort_by_key(|diagnostic| diagnostic.labels[0].span.start);
+    reader.diagnostics.sort_by_key(|diagnostic| diagnostic.labels[0].span.start);
     (Ast { edition, items }, reader.diagnostics)
 }
 
@@ -137,8 +118,7 @@ impl Reader<'_> {
                         docs.and_then(|docs| self.text[..docs.span.start as usize].rfind('\n'));
                     self.pos = line.map_or(self.pos, |line| line.max(before));
                 } else {
-                    self.diagnostics
-                        .extend(docs.map(|docs| stray_doc(docs.span)));
+                    self.diagnostics.extend(docs.map(|docs| stray_doc(docs.span)));
                 }
                 return items;
             }
@@ -151,7 +131,8 @@ impl Reader<'_> {
                 }
             }
             items.extend(item);
-            if self.diagnostics.len() > faults && self.diagnostics.len() >= MOST_FAULTS {
+            let more = self.diagnostics.len() > faults && self.pos < self.text.len();
+            if more && self.diagnostics.len() >= MOST_FAULTS {
                 self.give_up();
             }
         }
@@ -173,10 +154,7 @@ impl Reader<'_> {
         self.pos = gap.next;
         let span = self.span(docs.first()?.start, docs.last()?.end);
         let lines: Vec<_> = docs.iter().map(|doc| doc.words(self.text)).collect();
-        Some(Spanned {
-            value: lines.join("\n"),
-            span,
-        })
+        Some(Spanned { value: lines.join("\n"), span })
     }
 
     /// The item that begins here with `word`; nothing if it is the edition.
@@ -197,7 +175,7 @@ impl Reader<'_> {
         let parsed = Ivx::parse(Rule::whole, slice).map(only);
         let reached = parsed.as_ref().map_or_else(fault::place, build::end);
         if start + slice.len() < self.text.len() && reached == slice.len() {
-            let message = format!("this `{word}` is longer than 1 MiB");
+            let message = format!("this `{word}` is longer than 256 KiB");
             let fault = Fault::plain(self.text, start, message);
             return Some(self.junk(start, block.is_some(), &fault));
         }
@@ -227,11 +205,7 @@ impl Reader<'_> {
                 .help("move it to the top of the file");
             self.diagnostics.push(fault);
         }
-        Some(Item {
-            docs: String::new(),
-            kind,
-            span,
-        })
+        Some(Item { docs: String::new(), kind, span })
     }
 
     /// What can be kept of an item that does not parse.
@@ -245,8 +219,9 @@ impl Reader<'_> {
     ) -> Option<Item> {
         let (start, inside) = (self.pos, block.is_some());
         let fault = Fault::of(self.text, start, word, error);
+        let good = &self.text[start..fault.place];
         // The item may be whole, and what stands behind it wrong.
-        if let Ok(pairs) = Ivx::parse(Rule::alone, slice) {
+        if let Ok(pairs) = Ivx::parse(Rule::alone, good) {
             let pair = only(pairs);
             let gap = scan::gap(self.text, start + build::end(&pair));
             if gap.next > start + slice.len() {
@@ -266,7 +241,7 @@ impl Reader<'_> {
             self.edition = Edition::Broken;
         }
         let mut item = self.junk(start, inside, &fault);
-        if let Ok(pairs) = Ivx::parse(Rule::begun, slice) {
+        if let Ok(pairs) = Ivx::parse(Rule::begun, good) {
             let mut build = Build::new(self.file, start, &mut self.diagnostics);
             item.kind = build.begun(only(pairs), item.span);
         }
@@ -276,16 +251,12 @@ impl Reader<'_> {
     /// The experiment that begins here, with its items.
     fn experiment(&mut self, outer: Option<Block>) -> Item {
         let start = self.pos;
-        let line = self.text[start..].lines().next().unwrap_or_default();
-        let brace = line.find('{').map(|brace| start + brace);
         if let Some(outer) = outer {
             let fault = Fault::plain(self.text, start, "an experiment stands inside another");
             let begin = self.span(outer.start, outer.open);
-            let fault = fault
-                .diagnostic(self.text, self.file)
-                .also(begin, "the other begins here");
+            let fault = fault.diagnostic(self.text, self.file).also(begin, "the other begins here");
             self.diagnostics.push(fault);
-            self.pos = match brace {
+            self.pos = match self.brace() {
                 Some(brace) => scan::block_end(self.text, brace),
                 None => scan::stretch_end(self.text, start, true),
             };
@@ -301,57 +272,46 @@ impl Reader<'_> {
             }
             Err(error) => {
                 let fault = Fault::of(self.text, start, "experiment", &error);
-                let Some(brace) = brace else {
+                let Some(brace) = self.brace() else {
                     return self.junk(start, false, &fault);
                 };
-                self.diagnostics
-                    .push(fault.diagnostic(self.text, self.file));
+                self.diagnostics.push(fault.diagnostic(self.text, self.file));
                 (None, brace + 1)
             }
         };
         self.stray_docs(start, head);
         self.pos = head;
-        let items = self.items(Some(Block {
-            open: head - 1,
-            start,
-        }));
+        let items = self.items(Some(Block { open: head - 1, start }));
         let Some(name) = name else {
             return self.junk_item(start);
         };
         let kind = ItemKind::Experiment { name, items };
-        Item {
-            docs: String::new(),
-            kind,
-            span: self.span(start, self.pos),
-        }
+        Item { docs: String::new(), kind, span: self.span(start, self.pos) }
+    }
+
+    /// The first `{` on this line.
+    fn brace(&self) -> Option<usize> {
+        let line = self.text[self.pos..].lines().next()?;
+        Some(self.pos + line.find('{')?)
     }
 
     /// Reports `fault` and passes over the stretch that begins at `start`.
     fn junk(&mut self, start: usize, inside: bool, fault: &Fault) -> Item {
-        self.diagnostics
-            .push(fault.diagnostic(self.text, self.file));
+        self.diagnostics.push(fault.diagnostic(self.text, self.file));
         self.pos = scan::stretch_end(self.text, start, inside);
         self.junk_item(start)
     }
 
     fn junk_item(&self, start: usize) -> Item {
-        Item {
-            docs: String::new(),
-            kind: ItemKind::Junk,
-            span: self.span(start, self.pos),
-        }
+        Item { docs: String::new(), kind: ItemKind::Junk, span: self.span(start, self.pos) }
     }
 
     /// Reports that the block has no `}`, where the text ends or the next experiment begins.
     fn not_closed(&mut self, block: Block, next: Option<usize>) -> bool {
         let span = self.span(block.open, block.open + 1);
-        let mut fault = Diagnostic::new(
-            Code::Syntax,
-            span,
-            "this `{` is never closed",
-            "opened here",
-        )
-        .help("add `}` after the last item of the experiment");
+        let mut fault =
+            Diagnostic::new(Code::Syntax, span, "this `{` is never closed", "opened here")
+                .help("add `}` after the last item of the experiment");
         if let Some(end) = next {
             fault = fault.also(self.span(self.pos, end), "the next experiment begins here");
         }
@@ -389,8 +349,7 @@ impl Reader<'_> {
         while pos < end {
             let gap = scan::gap(self.text, scan::token_end(self.text, pos));
             for doc in gap.docs.iter().filter(|doc| doc.end <= end) {
-                self.diagnostics
-                    .push(stray_doc(self.span(doc.start, doc.end)));
+                self.diagnostics.push(stray_doc(self.span(doc.start, doc.end)));
             }
             pos = gap.next;
         }
@@ -400,12 +359,7 @@ impl Reader<'_> {
     fn give_up(&mut self) {
         let message = format!("after {MOST_FAULTS} faults the rest is not read");
         let span = self.span(self.pos, self.pos);
-        self.diagnostics.push(Diagnostic::new(
-            Code::Syntax,
-            span,
-            message,
-            "not read from here",
-        ));
+        self.diagnostics.push(Diagnostic::new(Code::Syntax, span, message, "not read from here"));
         self.pos = self.text.len();
     }
 
@@ -416,11 +370,7 @@ impl Reader<'_> {
 
 fn span(file: u32, start: usize, end: usize) -> Span {
     let narrow = |at| u32::try_from(at).expect("a file is no larger than 4 GiB");
-    Span {
-        file,
-        start: narrow(start),
-        end: narrow(end),
-    }
+    Span { file, start: narrow(start), end: narrow(end) }
 }
 
 /// The item or head within `whole`, `alone` or `begun`.
@@ -436,11 +386,6 @@ fn floor(text: &str, longest: usize) -> &str {
 
 fn stray_doc(span: Span) -> Diagnostic {
     let message = "a doc comment stands before nothing";
-    Diagnostic::new(
-        Code::StrayDoc,
-        span,
-        message,
-        "there is no item that it could describe",
-    )
-    .help("write `//` for a plain comment")
+    Diagnostic::new(Code::StrayDoc, span, message, "there is no item that it could describe")
+        .help("write `//` for a plain comment")
 }

@@ -25,11 +25,7 @@ pub(super) struct Build<'d> {
 
 impl<'d> Build<'d> {
     pub(super) fn new(file: u32, base: usize, diagnostics: &'d mut Vec<Diagnostic>) -> Self {
-        Self {
-            file,
-            base,
-            diagnostics,
-        }
+        Self { file, base, diagnostics }
     }
 
     /// The item of a rule in `item`, save `experiment`.
@@ -38,16 +34,11 @@ impl<'d> Build<'d> {
         let mut parts = Parts::of(pair);
         Built::Item(match rule {
             Rule::edition => return Built::Edition(self.string(&parts.part())),
-            Rule::include => ItemKind::Include {
-                path: self.string(&parts.part()),
-            },
+            Rule::include => ItemKind::Include { path: self.string(&parts.part()) },
             Rule::uses => {
                 let path = self.string(&parts.part());
                 let names: Vec<_> = parts.map(|taken| self.taken(taken)).collect();
-                ItemKind::Use {
-                    path,
-                    names: (!names.is_empty()).then_some(names),
-                }
+                ItemKind::Use { path, names: (!names.is_empty()).then_some(names) }
             }
             Rule::profile => {
                 let name = self.name(&parts.part());
@@ -56,10 +47,7 @@ impl<'d> Build<'d> {
             }
             Rule::axis => {
                 let name = self.only_name(parts.part());
-                ItemKind::Axis {
-                    name,
-                    values: self.axis_values(parts.part()),
-                }
+                ItemKind::Axis { name, values: self.axis_values(parts.part()) }
             }
             Rule::valued => {
                 let head = parts.part();
@@ -73,13 +61,7 @@ impl<'d> Build<'d> {
     /// The item that `head` begins, with junk for a value up to the end of `item`.
     pub(super) fn begun(&mut self, head: Pair<'_>, item: Span) -> ItemKind {
         let start = self.span(&head).end.min(item.end);
-        self.declared(
-            head,
-            Expr {
-                kind: ExprKind::Junk,
-                span: Span { start, ..item },
-            },
-        )
+        self.declared(head, Expr { kind: ExprKind::Junk, span: Span { start, ..item } })
     }
 
     /// The name that is the only meaningful part of `pair`.
@@ -93,48 +75,23 @@ impl<'d> Build<'d> {
         match rule {
             Rule::param_head => {
                 let name = self.name(&parts.part());
-                ItemKind::Param {
-                    name,
-                    ty: self.ty(parts.part()),
-                    value,
-                }
+                ItemKind::Param { name, ty: self.ty(parts.part()), value }
             }
             Rule::axis_head => {
                 let name = self.name(&parts.part());
-                ItemKind::Axis {
-                    name,
-                    values: AxisExpr::List(value),
-                }
+                ItemKind::Axis { name, values: AxisExpr::List(value) }
             }
             Rule::let_head => {
                 let name = self.name(&parts.part());
-                let params = parts.next().map(|params| {
-                    Parts::of(params)
-                        .map(|param| self.let_param(param))
-                        .collect()
-                });
-                ItemKind::Let {
-                    name,
-                    params,
-                    value,
-                }
+                let params = parts
+                    .next()
+                    .map(|params| Parts::of(params).map(|param| self.let_param(param)).collect());
+                ItemKind::Let { name, params, value }
             }
-            Rule::measure_head => ItemKind::Measure {
-                name: self.name(&parts.part()),
-                value,
-            },
-            Rule::figure_head => ItemKind::Figure {
-                name: self.string(&parts.part()),
-                value,
-            },
-            Rule::table_head => ItemKind::Table {
-                name: self.string(&parts.part()),
-                value,
-            },
-            Rule::claim_head => ItemKind::Claim {
-                name: self.string(&parts.part()),
-                value,
-            },
+            Rule::measure_head => ItemKind::Measure { name: self.name(&parts.part()), value },
+            Rule::figure_head => ItemKind::Figure { name: self.string(&parts.part()), value },
+            Rule::table_head => ItemKind::Table { name: self.string(&parts.part()), value },
+            Rule::claim_head => ItemKind::Claim { name: self.string(&parts.part()), value },
             other => unreachable!("{other:?} does not begin an item"),
         }
     }
@@ -142,9 +99,7 @@ impl<'d> Build<'d> {
     fn taken(&mut self, pair: Pair<'_>) -> (Name, Name) {
         let mut parts = Parts::of(pair);
         let theirs = self.name(&parts.part());
-        let ours = parts
-            .next()
-            .map_or_else(|| theirs.clone(), |ours| self.name(&ours));
+        let ours = parts.next().map_or_else(|| theirs.clone(), |ours| self.name(&ours));
         (theirs, ours)
     }
 
@@ -170,22 +125,14 @@ impl<'d> Build<'d> {
         let mut parts = Parts::of(pair);
         let name = self.name(&parts.part());
         let ty = self.ty(parts.part());
-        LetParam {
-            name,
-            ty,
-            default: parts.next().map(|default| self.expr(default, 0)),
-        }
+        LetParam { name, ty, default: parts.next().map(|default| self.expr(default, 0)) }
     }
 
     fn ty(&mut self, pair: Pair<'_>) -> TyExpr {
         let span = self.span(&pair);
         let mut parts = Parts::of(pair);
         let name = self.name(&parts.part());
-        TyExpr {
-            name,
-            args: parts.map(|arg| self.ty(arg)).collect(),
-            span,
-        }
+        TyExpr { name, args: parts.map(|arg| self.ty(arg)).collect(), span }
     }
 
     /// - `depth`: how many expressions lie around this one.
@@ -203,14 +150,8 @@ impl<'d> Build<'d> {
                 operands.push(self.term(part, depth));
                 continue;
             }
-            let op = Spanned {
-                value: binary_op(part.as_str()),
-                span: self.span(&part),
-            };
-            while ops
-                .last()
-                .is_some_and(|last| binds(last.value) >= binds(op.value))
-            {
+            let op = Spanned { value: binary_op(part.as_str()), span: self.span(&part) };
+            while ops.last().is_some_and(|last| binds(last.value) >= binds(op.value)) {
                 reduce(&mut operands, &mut ops);
             }
             ops.push(op);
@@ -242,24 +183,15 @@ impl<'d> Build<'d> {
             let (base, rule) = (Box::new(expr), postfix.as_rule());
             let mut parts = Parts::of(postfix);
             let kind = if rule == Rule::field {
-                ExprKind::Field {
-                    base,
-                    name: self.name(&parts.part()),
-                }
+                ExprKind::Field { base, name: self.name(&parts.part()) }
             } else {
-                ExprKind::Select {
-                    base,
-                    at: parts.map(|at| self.named_value(at, depth)).collect(),
-                }
+                ExprKind::Select { base, at: parts.map(|at| self.named_value(at, depth)).collect() }
             };
             expr = Expr { kind, span };
         }
         for minus in minuses.iter().rev() {
             let span = self.span(minus).to(expr.span);
-            expr = Expr {
-                kind: ExprKind::Negate(Box::new(expr)),
-                span,
-            };
+            expr = Expr { kind: ExprKind::Negate(Box::new(expr)), span };
         }
         expr
     }
@@ -295,11 +227,9 @@ impl<'d> Build<'d> {
         let kind = match pair.as_rule() {
             Rule::bool => ExprKind::Bool(pair.as_str() == "true"),
             Rule::string => ExprKind::Str(self.string(&pair).value),
-            Rule::list => ExprKind::List(
-                Parts::of(pair)
-                    .map(|element| self.expr(element, depth))
-                    .collect(),
-            ),
+            Rule::list => {
+                ExprKind::List(Parts::of(pair).map(|element| self.expr(element, depth)).collect())
+            }
             Rule::parens => {
                 let inner = self.expr(Parts::of(pair).part(), depth);
                 return Expr { span, ..inner };
@@ -337,10 +267,7 @@ impl<'d> Build<'d> {
     }
 
     fn name(&self, pair: &Pair<'_>) -> Name {
-        Name {
-            value: pair.as_str().to_owned(),
-            span: self.span(pair),
-        }
+        Name { value: pair.as_str().to_owned(), span: self.span(pair) }
     }
 
     fn string(&self, pair: &Pair<'_>) -> Spanned<String> {
@@ -355,10 +282,7 @@ impl<'d> Build<'d> {
                 (plain, None) => plain,
             });
         }
-        Spanned {
-            value,
-            span: self.span(pair),
-        }
+        Spanned { value, span: self.span(pair) }
     }
 
     fn too_deep(&mut self, span: Span) -> Expr {
@@ -366,18 +290,11 @@ impl<'d> Build<'d> {
         let fault = Diagnostic::new(Code::Syntax, span, message, "too deep")
             .help("give its parts names with `let`");
         self.diagnostics.push(fault);
-        Expr {
-            kind: ExprKind::Junk,
-            span,
-        }
+        Expr { kind: ExprKind::Junk, span }
     }
 
     fn span(&self, pair: &Pair<'_>) -> Span {
-        span(
-            self.file,
-            self.base + pair.as_span().start(),
-            self.base + end(pair),
-        )
+        span(self.file, self.base + pair.as_span().start(), self.base + end(pair))
     }
 }
 
@@ -436,17 +353,10 @@ fn means_something(pair: &Pair<'_>) -> bool {
 /// Joins the last two operands with the last operator.
 fn reduce(operands: &mut Vec<Expr>, ops: &mut Vec<Spanned<BinaryOp>>) {
     let message = "between two operands stands an operator";
-    let (right, left) = (
-        operands.pop().expect(message),
-        operands.pop().expect(message),
-    );
+    let (right, left) = (operands.pop().expect(message), operands.pop().expect(message));
     let op = ops.pop().expect(message);
     let span = left.span.to(right.span);
-    let kind = ExprKind::Binary {
-        op,
-        left: Box::new(left),
-        right: Box::new(right),
-    };
+    let kind = ExprKind::Binary { op, left: Box::new(left), right: Box::new(right) };
     operands.push(Expr { kind, span });
 }
 

@@ -20,11 +20,7 @@ impl Fault {
     /// A fault of the token at `place`.
     pub(super) fn plain(text: &str, place: usize, message: impl Into<String>) -> Self {
         let end = scan::token_end(text, place);
-        let label = if end == place {
-            "here"
-        } else {
-            "not understood"
-        };
+        let label = if end == place { "here" } else { "not understood" };
         Self {
             place,
             end,
@@ -42,18 +38,8 @@ impl Fault {
             // pest saw the stack run out.
             return Self::plain(text, place, format!("this `{word}` is nested too deeply"));
         };
-        let open = scan::unclosed(text, start, place)
-            .unwrap_or_default()
-            .last()
-            .copied();
-        let context = Context {
-            text,
-            word,
-            place,
-            found: token(text, place),
-            positives,
-            open,
-        };
+        let open = scan::unclosed(text, start, place).unwrap_or_default().last().copied();
+        let context = Context { text, word, place, found: token(text, place), positives, open };
         context.explain()
     }
 
@@ -66,14 +52,8 @@ impl Fault {
             "published" => plain(not_yet("`published`")).label("not known yet"),
             _ => {
                 let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
-                let known = scan::ITEM_WORDS
-                    .into_iter()
-                    .filter(|word| *word != "published");
-                let help = if word {
-                    suggest(found, known)
-                } else {
-                    habit(found)
-                };
+                let known = scan::ITEM_WORDS.into_iter().filter(|word| *word != "published");
+                let help = if word { suggest(found, known) } else { habit(found) };
                 plain(format!("expected an item, found {}", shown(found)))
                     .label("no item begins so")
                     .help(help)
@@ -95,10 +75,7 @@ impl Fault {
     }
 
     fn label(self, label: impl Into<String>) -> Self {
-        Self {
-            label: label.into(),
-            ..self
-        }
+        Self { label: label.into(), ..self }
     }
 
     fn help(self, help: Option<String>) -> Self {
@@ -109,13 +86,8 @@ impl Fault {
 /// Brackets that are nested too deeply at `place`.
 pub(super) fn nesting(file: u32, place: usize) -> Diagnostic {
     let message = format!("brackets are nested more deeply than {}", scan::DEEPEST);
-    Diagnostic::new(
-        Code::Nesting,
-        span(file, place, place + 1),
-        message,
-        "one too many",
-    )
-    .help("give the inner parts names with `let`")
+    Diagnostic::new(Code::Nesting, span(file, place, place + 1), message, "one too many")
+        .help("give the inner parts names with `let`")
 }
 
 /// The byte of the slice given to pest at which it failed.
@@ -169,9 +141,8 @@ impl Context<'_> {
             .label(format!("expected {expected}"))
             .help(self.advice(&wants).or_else(|| habit(self.found)));
         let closes = wants("`)`") || wants("`]`") || wants("`}`");
-        fault.opened = self
-            .open
-            .filter(|open| closes && self.text[*open..self.place].contains('\n'));
+        fault.opened =
+            self.open.filter(|open| closes && self.text[*open..self.place].contains('\n'));
         fault
     }
 
@@ -199,13 +170,9 @@ impl Context<'_> {
             }
         }
         let help = "end it with `\"` on the same line; a line break within is written `\\n`";
-        let fault = Fault::plain(
-            self.text,
-            self.place,
-            "this string is not closed".to_owned(),
-        )
-        .label("begins here")
-        .help(Some(help.to_owned()));
+        let fault = Fault::plain(self.text, self.place, "this string is not closed".to_owned())
+            .label("begins here")
+            .help(Some(help.to_owned()));
         Some(fault)
     }
 

@@ -56,11 +56,7 @@ impl Doc {
 /// The gap that begins at `from`.
 pub(super) fn gap(text: &str, from: usize) -> Gap {
     let bytes = text.as_bytes();
-    let mut gap = Gap {
-        next: from,
-        newline: false,
-        docs: Vec::new(),
-    };
+    let mut gap = Gap { next: from, newline: false, docs: Vec::new() };
     loop {
         let rest = &bytes[gap.next..];
         if rest.starts_with(b"//") {
@@ -136,17 +132,9 @@ struct Token<'t> {
 fn tokens(text: &str, from: usize) -> impl Iterator<Item = Token<'_>> {
     let mut at = from;
     std::iter::from_fn(move || {
-        let Gap {
-            next: start,
-            newline: first,
-            ..
-        } = gap(text, at);
+        let Gap { next: start, newline: first, .. } = gap(text, at);
         at = token_end(text, start);
-        (at > start).then(|| Token {
-            start,
-            text: &text[start..at],
-            first,
-        })
+        (at > start).then(|| Token { start, text: &text[start..at], first })
     })
 }
 
@@ -203,10 +191,9 @@ pub(super) fn stretch_end(text: &str, start: usize, inside: bool) -> usize {
     count(&text[start..end], &mut braces, &mut others);
     for token in tokens(text, end) {
         let after = token.start + token.text.len();
-        if token.first && ITEM_WORDS.contains(&token.text) {
-            if braces + others == 0 || names_something(text, after) {
-                break;
-            }
+        let begins_item = token.first && ITEM_WORDS.contains(&token.text);
+        if begins_item && (braces + others == 0 || names_something(text, after)) {
+            break;
         }
         if inside && braces == 0 && token.text == "}" {
             break;
@@ -219,11 +206,7 @@ pub(super) fn stretch_end(text: &str, start: usize, inside: bool) -> usize {
 
 /// Whether a name or a string comes next.
 pub(super) fn names_something(text: &str, from: usize) -> bool {
-    let next = text
-        .as_bytes()
-        .get(gap(text, from).next)
-        .copied()
-        .unwrap_or_default();
+    let next = text.as_bytes().get(gap(text, from).next).copied().unwrap_or_default();
     next.is_ascii_alphabetic() || next == b'_' || next == b'"'
 }
 
