@@ -2,12 +2,10 @@
 //!
 //! `BLESS=1` rewrites the expected texts; review the difference.
 
-mod project;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use project::Project;
+use crate::project::Project;
 
 #[test]
 fn every_case_says_what_it_should() {
@@ -41,7 +39,8 @@ fn cases() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
     let entries = fs::read_dir(folder).expect("cases lie beside this file");
     let specs = entries.flatten().map(|entry| entry.path());
-    let mut specs: Vec<PathBuf> = specs.filter(|path| path.extension().is_some_and(|e| e == "ivx")).collect();
+    let mut specs: Vec<PathBuf> =
+        specs.filter(|path| path.extension().is_some_and(|e| e == "ivx")).collect();
     specs.sort();
     specs
 }

@@ -1,11 +1,9 @@
 //! The specs of `experiments/`.
 
-mod project;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use project::{Project, run};
+use crate::project::{Project, run};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments")
@@ -38,8 +36,13 @@ fn the_thesis_runs_at_its_smallest() {
         project.write(&name, &text);
     }
     let smallest = [
-        "reward_ensemble.members=2", "reward_ensemble.units=4", "reward_ensemble.steps=3",
-        "ignorance.seeds=2", "polynomial_regression.seeds=2", "deep_ensemble.seeds=2", "overoptimisation.seeds=2",
+        "reward_ensemble.members=2",
+        "reward_ensemble.units=4",
+        "reward_ensemble.steps=3",
+        "ignorance.seeds=2",
+        "polynomial_regression.seeds=2",
+        "deep_ensemble.seeds=2",
+        "overoptimisation.seeds=2",
     ];
     let sets: Vec<&str> = smallest.iter().flat_map(|set| ["--set", set]).collect();
     let executed = project.executed("thesis.ivx", &sets);
@@ -48,8 +51,12 @@ fn the_thesis_runs_at_its_smallest() {
     let results = project.read("results/thesis/results.ron");
     // The two tables of Example 2.1 do not depend on sizes.
     assert!(results.contains("2.2a: risk-averse agents go LEFT"));
-    for figure in ["2.1", "2.4a", "2.4b", "2.4c", "2.5a", "2.5b", "2.5c", "2.5d", "2.10a", "2.10b"] {
-        assert!(project.read(&format!("results/thesis/figures/{figure}.svg")).starts_with("<svg"), "{figure}");
+    for figure in ["2.1", "2.4a", "2.4b", "2.4c", "2.5a", "2.5b", "2.5c", "2.5d", "2.10a", "2.10b"]
+    {
+        assert!(
+            project.read(&format!("results/thesis/figures/{figure}.svg")).starts_with("<svg"),
+            "{figure}"
+        );
     }
 }
 
@@ -74,7 +81,10 @@ fn specs() -> Vec<(String, String)> {
             let path = entry.path();
             if path.is_file() {
                 let name = Path::new(folder).join(entry.file_name());
-                specs.push((name.display().to_string(), fs::read_to_string(path).expect("specs can be read")));
+                specs.push((
+                    name.display().to_string(),
+                    fs::read_to_string(path).expect("specs can be read"),
+                ));
             }
         }
     }

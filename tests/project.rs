@@ -7,23 +7,23 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// A folder with specs, a cache and results.
-pub struct Project {
+pub(crate) struct Project {
     folder: TempDir,
 }
 
 /// What a run of the command said.
-pub struct Said {
+pub(crate) struct Said {
     /// The exit code.
-    pub code: u8,
+    pub(crate) code: u8,
     /// Standard output.
-    pub out: String,
+    pub(crate) out: String,
     /// Standard error.
-    pub err: String,
+    pub(crate) err: String,
 }
 
 impl Project {
     /// A project with these files: path and text.
-    pub fn with(files: &[(&str, &str)]) -> Self {
+    pub(crate) fn with(files: &[(&str, &str)]) -> Self {
         let folder = tempfile::tempdir().expect("temporary folders can be made");
         fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
         let project = Self { folder };
@@ -34,24 +34,25 @@ impl Project {
     }
 
     /// Writes a file.
-    pub fn write(&self, path: &str, text: &str) {
+    pub(crate) fn write(&self, path: &str, text: &str) {
         let path = self.path(path);
-        fs::create_dir_all(path.parent().expect("files lie in folders")).expect("folders can be made");
+        fs::create_dir_all(path.parent().expect("files lie in folders"))
+            .expect("folders can be made");
         fs::write(path, text).expect("files can be written");
     }
 
     /// Where a file lies.
-    pub fn path(&self, path: &str) -> PathBuf {
+    pub(crate) fn path(&self, path: &str) -> PathBuf {
         self.folder.path().join(path)
     }
 
     /// The text of a file.
-    pub fn read(&self, path: &str) -> String {
+    pub(crate) fn read(&self, path: &str) -> String {
         fs::read_to_string(self.path(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
     }
 
     /// Runs a subcommand on a spec of the project.
-    pub fn run(&self, command: &str, spec: &str, rest: &[&str]) -> Said {
+    pub(crate) fn run(&self, command: &str, spec: &str, rest: &[&str]) -> Said {
         let mut args: Vec<OsString> = vec!["ivx".into(), command.into(), self.path(spec).into()];
         args.extend(rest.iter().map(OsString::from));
         run(args)
@@ -62,16 +63,20 @@ impl Project {
     /// # Panics
     /// If the run fails.
     #[track_caller]
-    pub fn executed(&self, spec: &str, rest: &[&str]) -> usize {
+    pub(crate) fn executed(&self, spec: &str, rest: &[&str]) -> usize {
         let said = self.run("exec", spec, rest);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        let line = said.out.lines().find(|line| line.contains("nodes executed")).expect("exec says what it executed");
+        let line = said
+            .out
+            .lines()
+            .find(|line| line.contains("nodes executed"))
+            .expect("exec says what it executed");
         let first = line.split_whitespace().next().expect("the line begins with the number");
         first.parse().expect("the line begins with the number")
     }
 
     /// Every file of a folder, by its path there.
-    pub fn files(&self, folder: &str) -> Vec<(String, Vec<u8>)> {
+    pub(crate) fn files(&self, folder: &str) -> Vec<(String, Vec<u8>)> {
         let mut files = Vec::new();
         collect(&self.path(folder), &self.path(folder), &mut files);
         files.sort();
@@ -80,7 +85,7 @@ impl Project {
 }
 
 /// Runs the command.
-pub fn run(args: Vec<OsString>) -> Said {
+pub(crate) fn run(args: Vec<OsString>) -> Said {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let code = ivx_cli::run(args, &mut out, &mut err);
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("the command speaks UTF-8");

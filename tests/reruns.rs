@@ -1,8 +1,6 @@
 //! What runs again, and what does not: the promise of the cache.
 
-mod project;
-
-use project::Project;
+use crate::project::Project;
 
 const SMALL: &str = include_str!("specs/small.ivx");
 
@@ -46,9 +44,15 @@ fn results_do_not_depend_on_threads_or_the_cache() {
 
 #[test]
 fn comments_names_and_the_order_of_arguments_do_not_matter() {
-    assert_eq!(executed_after(|spec| spec.replace("let data", "// where it comes from\n    let data")), 0);
+    assert_eq!(
+        executed_after(|spec| spec.replace("let data", "// where it comes from\n    let data")),
+        0
+    );
     assert_eq!(executed_after(|spec| spec.replace("model", "learned")), 0);
-    assert_eq!(executed_after(|spec| spec.replace("on: data, steps: 20", "steps: 20, on: data")), 0);
+    assert_eq!(
+        executed_after(|spec| spec.replace("on: data, steps: 20", "steps: 20, on: data")),
+        0
+    );
     assert_eq!(executed_after(|spec| spec.replace("n: 8)", "n: 8, noise: 0.1)")), 0);
     assert_eq!(executed_after(|spec| spec.replace("    ", "\t")), 0);
     assert_eq!(executed_after(|spec| spec.replace("small", "renamed")), 0);
@@ -59,7 +63,10 @@ fn splitting_a_spec_into_files_executes_nothing() {
     let project = small();
     project.executed("small.ivx", &[]);
     let line = "    let reward = sinusoids()\n";
-    let rest = SMALL.replace(line, "").replace("edition \"2026\"\n", "edition \"2026\"\nuse \"worlds/one.ivx\" { world as reward }\n");
+    let rest = SMALL.replace(line, "").replace(
+        "edition \"2026\"\n",
+        "edition \"2026\"\nuse \"worlds/one.ivx\" { world as reward }\n",
+    );
     project.write("worlds/one.ivx", "edition \"2026\"\nlet world = sinusoids()\n");
     project.write("small.ivx", &rest);
     assert_eq!(project.executed("small.ivx", &[]), 0);
@@ -73,7 +80,10 @@ fn a_changed_knowledge_equivalent_executes_only_what_reads_it() {
     let plan = project.run("plan", "small.ivx", &["--nodes"]);
     let mut run: Vec<&str> = plan.out.lines().filter(|line| line.starts_with("run")).collect();
     run.sort_unstable();
-    assert_eq!(run, ["run      small/decision[seed=0,ke=BCM]", "run      small/decision[seed=1,ke=BCM]"]);
+    assert_eq!(
+        run,
+        ["run      small/decision[seed=0,ke=BCM]", "run      small/decision[seed=1,ke=BCM]"]
+    );
     // Two decisions, their regrets, the figure and the table.
     assert_eq!(project.executed("small.ivx", &[]), 6);
 }
@@ -110,7 +120,8 @@ fn a_seed_more_leaves_the_others_alone() {
 
 #[test]
 fn damaged_bytes_are_computed_again_and_never_served() {
-    let project = Project::with(&[("small.ivx", &SMALL.replace("hidden: [8]", "hidden: [32, 32]"))]);
+    let project =
+        Project::with(&[("small.ivx", &SMALL.replace("hidden: [8]", "hidden: [32, 32]"))]);
     project.executed("small.ivx", &[]);
     let first = without_run(project.files("results/small"));
     let objects = project.files(".ivx/cache/objects");
@@ -123,9 +134,15 @@ fn damaged_bytes_are_computed_again_and_never_served() {
         std::fs::write(&path, bytes).expect("objects can be written");
     }
     // A new grid of predictions makes the models' bytes needed.
-    project.write("small.ivx", &project.read("small.ivx").replace("points: 11)), over", "points: 12)), over"));
+    project.write(
+        "small.ivx",
+        &project.read("small.ivx").replace("points: 11)), over", "points: 12)), over"),
+    );
     assert!(project.executed("small.ivx", &[]) > 0);
-    project.write("small.ivx", &project.read("small.ivx").replace("points: 12)), over", "points: 11)), over"));
+    project.write(
+        "small.ivx",
+        &project.read("small.ivx").replace("points: 12)), over", "points: 11)), over"),
+    );
     project.executed("small.ivx", &[]);
     assert_eq!(without_run(project.files("results/small")), first);
 }

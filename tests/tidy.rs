@@ -23,7 +23,8 @@ fn crates_use_only_what_lies_below_them() {
     for (folder, allowed) in ARROWS {
         let manifest = read(&root().join(folder).join("Cargo.toml"));
         let used = manifest.lines().filter(|line| line.starts_with("ivx-"));
-        let used: BTreeSet<&str> = used.filter_map(|line| line.split(['.', ' ', '=']).next()).collect();
+        let used: BTreeSet<&str> =
+            used.filter_map(|line| line.split(['.', ' ', '=']).next()).collect();
         let allowed: BTreeSet<&str> = allowed.iter().copied().collect();
         assert!(used.is_subset(&allowed), "{folder} uses {used:?}");
     }
@@ -48,13 +49,19 @@ fn each_foreign_crate_is_named_in_one_place() {
     for (name, place) in places {
         let uses = |text: &str| {
             let text = text.split("#[cfg(test)]").next().unwrap_or_default();
-            text.contains(&format!("use {name}::")) || text.contains(&format!(" {name}::")) || text.contains(&format!("({name}::"))
+            text.contains(&format!("use {name}::"))
+                || text.contains(&format!(" {name}::"))
+                || text.contains(&format!("({name}::"))
         };
         for (path, text) in &sources {
-            let own = path.starts_with(place) || (name == "petgraph" && path.starts_with("cli/src/command/plan.rs"));
+            let own = path.starts_with(place)
+                || (name == "petgraph" && path.starts_with("cli/src/command/plan.rs"));
             assert!(own || !uses(text), "{path} names {name}; only {place} may");
         }
-        assert!(sources.iter().any(|(path, text)| path.starts_with(place) && uses(text)), "{name} is unused");
+        assert!(
+            sources.iter().any(|(path, text)| path.starts_with(place) && uses(text)),
+            "{name} is unused"
+        );
     }
 }
 
@@ -66,7 +73,10 @@ fn everything_declared_is_registered_and_documented() {
         let text = text.split("#[cfg(test)]").next().unwrap_or_default();
         for line in text.lines().filter(|line| line.contains("struct ") && line.contains("\" @ ")) {
             let name = line.split('"').nth(1).expect("the name stands between quotes");
-            assert!(registry.decl(name).is_some(), "{path}: `{name}` is declared and not registered");
+            assert!(
+                registry.decl(name).is_some(),
+                "{path}: `{name}` is declared and not registered"
+            );
             declared += 1;
         }
     }

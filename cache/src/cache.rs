@@ -78,13 +78,10 @@ impl Cache {
         let in_use = prepare(root)?;
         match in_use.try_lock() {
             Ok(()) => Self::load(root, "", in_use),
-            Err(fs::TryLockError::WouldBlock) => Err(CacheError::Busy {
-                root: root.to_owned(),
-            }),
-            Err(fs::TryLockError::Error(source)) => Err(CacheError::Io {
-                path: root.to_owned(),
-                source,
-            }),
+            Err(fs::TryLockError::WouldBlock) => Err(CacheError::Busy { root: root.to_owned() }),
+            Err(fs::TryLockError::Error(source)) => {
+                Err(CacheError::Io { path: root.to_owned(), source })
+            }
         }
     }
 
@@ -108,10 +105,7 @@ impl Cache {
     #[must_use]
     pub fn lookup(&self, key: &Digest) -> Option<&Record> {
         let records = self.records.get(key)?;
-        records
-            .iter()
-            .find(|record| record.platform == self.platform)
-            .or(records.first())
+        records.iter().find(|record| record.platform == self.platform).or(records.first())
     }
 
     /// Every record, by key and then platform.
@@ -241,10 +235,7 @@ impl Cache {
     /// # Errors
     /// If the disk fails.
     pub fn stats(&self) -> Result<Stats, CacheError> {
-        let mut stats = Stats {
-            records: self.records().count(),
-            ..Stats::default()
-        };
+        let mut stats = Stats { records: self.records().count(), ..Stats::default() };
         for (_, bytes) in sizes(&self.root.join("journal"))? {
             stats.journals += 1;
             stats.journal_bytes += bytes;
@@ -281,9 +272,7 @@ fn find<'a>(
 
 fn insert(records: &mut BTreeMap<Digest, Vec<Record>>, new: Record) {
     // Almost every key has one record, so room is made for one.
-    let known = records
-        .entry(new.key)
-        .or_insert_with(|| Vec::with_capacity(1));
+    let known = records.entry(new.key).or_insert_with(|| Vec::with_capacity(1));
     let place = known.partition_point(|record| record.platform < new.platform);
     known.insert(place, new);
 }
@@ -295,18 +284,11 @@ fn prepare(root: &Path) -> Result<File, CacheError> {
         Ok(found) if found == VERSION.as_bytes() => false,
         Ok(found) => {
             let found = String::from_utf8_lossy(&found).trim_end().to_owned();
-            return Err(CacheError::Version {
-                path: version,
-                found,
-                expected: VERSION.trim_end(),
-            });
+            return Err(CacheError::Version { path: version, found, expected: VERSION.trim_end() });
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => true,
         Err(source) => {
-            return Err(CacheError::Io {
-                path: version,
-                source,
-            });
+            return Err(CacheError::Io { path: version, source });
         }
     };
     for folder in ["objects", "journal", "locks", "tmp", "corrupt"] {
@@ -318,11 +300,7 @@ fn prepare(root: &Path) -> Result<File, CacheError> {
         durable::publish(&temporary, &version, VERSION.as_bytes())?;
     }
     let gate = root.join("in-use");
-    File::options()
-        .create(true)
-        .append(true)
-        .open(&gate)
-        .at(&gate)
+    File::options().create(true).append(true).open(&gate).at(&gate)
 }
 
 /// The sorted names in a folder.

@@ -37,9 +37,7 @@ fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Makes the names in a folder survive a loss of power.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), CacheError> {
-    File::open(folder)
-        .and_then(|folder| folder.sync_all())
-        .at(folder)
+    File::open(folder).and_then(|folder| folder.sync_all()).at(folder)
 }
 
 /// A file name that no other process or thread uses; names of one process sort by age.
@@ -47,9 +45,7 @@ pub(crate) fn unique_name() -> String {
     static N_NAMES: AtomicU64 = AtomicU64::new(0);
     let n = N_NAMES.fetch_add(1, Ordering::Relaxed);
     // A clock before 1970 costs the order of names, not their uniqueness.
-    let nanos = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |t| t.as_nanos());
+    let nanos = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |t| t.as_nanos());
     format!("{nanos:018x}-{}-{n}", process::id())
 }
 

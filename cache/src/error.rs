@@ -125,9 +125,6 @@ pub(crate) trait At<T> {
 
 impl<T> At<T> for io::Result<T> {
     fn at(self, path: &Path) -> Result<T, CacheError> {
-        self.map_err(|source| CacheError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        self.map_err(|source| CacheError::Io { path: path.to_owned(), source })
     }
 }

@@ -56,19 +56,12 @@ impl Hints {
     pub fn note_millis(&mut self, op: &str, millis: u64) {
         let expected = match self.millis.get(op) {
             Some(expected) => {
-                expected
-                    .saturating_mul(3)
-                    .saturating_add(millis)
-                    .saturating_add(2)
-                    / 4
+                expected.saturating_mul(3).saturating_add(millis).saturating_add(2) / 4
             }
             None => millis,
         };
         self.millis.insert(op.to_owned(), expected);
-        self.unsaved.insert(
-            key(b'd', op.as_bytes()),
-            Some(expected.to_le_bytes().to_vec()),
-        );
+        self.unsaved.insert(key(b'd', op.as_bytes()), Some(expected.to_le_bytes().to_vec()));
     }
 
     /// The day, counted from 1970, on which the result of a key was last used.
@@ -80,8 +73,7 @@ impl Hints {
     /// Notes that the result of a key was used. The second note of a day costs nothing.
     pub fn note_use(&mut self, digest: &Digest, day: u32) {
         if self.last_use.insert(*digest, day) != Some(day) {
-            self.unsaved
-                .insert(key(b'u', &digest.0), Some(day.to_le_bytes().to_vec()));
+            self.unsaved.insert(key(b'u', &digest.0), Some(day.to_le_bytes().to_vec()));
         }
     }
 
@@ -93,8 +85,7 @@ impl Hints {
 
     /// Notes a run.
     pub fn note_run(&mut self, run: Run) {
-        self.unsaved
-            .insert(run_key(&run), Some(run.summary.as_bytes().to_vec()));
+        self.unsaved.insert(run_key(&run), Some(run.summary.as_bytes().to_vec()));
         self.runs.push(run);
         self.runs.sort();
         let n_old = self.runs.len().saturating_sub(N_RUNS_MAX);
@@ -141,8 +132,7 @@ impl Hints {
         match key.split_first()? {
             (b'd', op) => {
                 let millis = u64::from_le_bytes(value.try_into().ok()?);
-                self.millis
-                    .insert(str::from_utf8(op).ok()?.to_owned(), millis);
+                self.millis.insert(str::from_utf8(op).ok()?.to_owned(), millis);
             }
             (b'u', digest) => {
                 let day = u32::from_le_bytes(value.try_into().ok()?);
@@ -221,9 +211,7 @@ fn with_sled(
     let copy = root.join(FOLDER).join(durable::unique_name());
     let outcome = lock(root).and_then(|lock| {
         let Some(_lock) = lock else {
-            return Err(Trouble::NoHints {
-                reason: "another process has them open".into(),
-            });
+            return Err(Trouble::NoHints { reason: "another process has them open".into() });
         };
         copy_current(root, &copy, troubles)?;
         let config = sled::Config::new()
@@ -235,9 +223,7 @@ fn with_sled(
             Ok(Ok(())) if keep == Keep::Yes => make_current(root, &copy),
             Ok(Ok(())) => Ok(()),
             // The disk, not what lies on it.
-            Ok(Err(sled::Error::Io(error))) => Err(Trouble::NoHints {
-                reason: error.to_string(),
-            }),
+            Ok(Err(sled::Error::Io(error))) => Err(Trouble::NoHints { reason: error.to_string() }),
             Ok(Err(error)) => Err(put_aside(root, error.to_string())?),
             Err(_) => Err(put_aside(root, "sled panicked".into())?),
         }
@@ -286,17 +272,10 @@ fn copy_current(root: &Path, copy: &Path, troubles: &mut Vec<Trouble>) -> Result
 /// Makes the copy the current folder. A kill leaves the old one current, or the new one.
 fn make_current(root: &Path, copy: &Path) -> Result<(), Trouble> {
     await_closed(&copy.join("db"))?;
-    let name = copy
-        .file_name()
-        .and_then(OsStr::to_str)
-        .expect("copies have unique names");
+    let name = copy.file_name().and_then(OsStr::to_str).expect("copies have unique names");
     let current = format!("{name} {}", digest_of(copy).at(copy)?);
     let hints = root.join(FOLDER);
-    durable::publish(
-        &root.join("tmp").join(name),
-        &hints.join(CURRENT),
-        current.as_bytes(),
-    )?;
+    durable::publish(&root.join("tmp").join(name), &hints.join(CURRENT), current.as_bytes())?;
     for old in paths(&hints).at(&hints)? {
         if old != copy && old != hints.join(CURRENT) {
             // One that stays is removed after the next change.
@@ -316,16 +295,12 @@ fn await_closed(path: &Path) -> Result<(), Trouble> {
         }
         thread::sleep(PATIENCE);
     }
-    Err(Trouble::NoHints {
-        reason: "sled did not close".into(),
-    })
+    Err(Trouble::NoHints { reason: "sled did not close".into() })
 }
 
 fn put_aside(root: &Path, reason: String) -> Result<Trouble, CacheError> {
     let folder = root.join(FOLDER);
-    let moved_to = root
-        .join("corrupt")
-        .join(format!("hints-{}", durable::unique_name()));
+    let moved_to = root.join("corrupt").join(format!("hints-{}", durable::unique_name()));
     fs::rename(&folder, &moved_to).at(&folder)?;
     Ok(Trouble::DamagedHints { reason, moved_to })
 }
@@ -348,11 +323,7 @@ fn digest_of(folder: &Path) -> io::Result<Digest> {
     let mut hash = Sha256::new();
     for path in paths(folder)? {
         let name = path.file_name().expect("a listed path has a name");
-        let content = if path.is_dir() {
-            digest_of(&path)?
-        } else {
-            Digest::of(&fs::read(&path)?)
-        };
+        let content = if path.is_dir() { digest_of(&path)? } else { Digest::of(&fs::read(&path)?) };
         hash.update(Digest::of(name.as_encoded_bytes()).0);
         hash.update(content.0);
     }
@@ -370,9 +341,7 @@ fn paths(folder: &Path) -> io::Result<Vec<PathBuf>> {
 
 impl From<CacheError> for Trouble {
     fn from(error: CacheError) -> Self {
-        Self::NoHints {
-            reason: error.to_string(),
-        }
+        Self::NoHints { reason: error.to_string() }
     }
 }
 
@@ -404,10 +373,7 @@ mod tests {
     }
 
     fn run(started: u64) -> Run {
-        Run {
-            started,
-            summary: format!("run {started}"),
-        }
+        Run { started, summary: format!("run {started}") }
     }
 
     fn some_hints() -> Hints {
@@ -463,10 +429,7 @@ mod tests {
         save_clean(&mut some_hints(), &root);
         let mut hints = load_clean(&root);
         hints.note_use(&Digest([1; 32]), 20_000);
-        assert!(
-            hints.unsaved.is_empty(),
-            "the same day again is nothing new"
-        );
+        assert!(hints.unsaved.is_empty(), "the same day again is nothing new");
     }
 
     #[test]
@@ -487,11 +450,7 @@ mod tests {
         let hints = root.path().join(FOLDER);
         save_clean(&mut some_hints(), &root);
         let current = paths(&hints).unwrap().remove(0);
-        let names: Vec<_> = paths(&current)
-            .unwrap()
-            .into_iter()
-            .filter(|p| p.is_file())
-            .collect();
+        let names: Vec<_> = paths(&current).unwrap().into_iter().filter(|p| p.is_file()).collect();
         assert!(names.len() > 1);
         for n in 0..=names.len() {
             save_clean(&mut some_hints(), &root);
@@ -504,18 +463,12 @@ mod tests {
             fs::write(&file, bytes).unwrap();
             let mut troubles = vec![];
             assert_eq!(load(root.path(), &mut troubles), Hints::default());
-            assert!(
-                matches!(troubles[..], [Trouble::DamagedHints { .. }]),
-                "{file:?}"
-            );
+            assert!(matches!(troubles[..], [Trouble::DamagedHints { .. }]), "{file:?}");
             assert_eq!(load_clean(&root), Hints::default());
         }
         save_clean(&mut some_hints(), &root);
         assert_eq!(load_clean(&root).runs(), [run(7)]);
-        assert_eq!(
-            paths(&root.path().join("tmp")).unwrap(),
-            Vec::<PathBuf>::new()
-        );
+        assert_eq!(paths(&root.path().join("tmp")).unwrap(), Vec::<PathBuf>::new());
     }
 
     #[test]

@@ -29,19 +29,9 @@ impl Journal {
     /// A new, empty journal in `folder`.
     pub(crate) fn create(folder: &Path) -> Result<Self, CacheError> {
         let path = folder.join(format!("{}.log", durable::unique_name()));
-        let file = File::options()
-            .append(true)
-            .create_new(true)
-            .open(&path)
-            .at(&path)?;
+        let file = File::options().append(true).create_new(true).open(&path).at(&path)?;
         file.lock().at(&path)?;
-        let mut journal = Self {
-            path,
-            file,
-            len: 0,
-            unsynced: true,
-            torn: false,
-        };
+        let mut journal = Self { path, file, len: 0, unsynced: true, torn: false };
         if let Err(error) = journal.write(MAGIC) {
             // The first error is the one to tell; an empty journal is harmless.
             fs::remove_file(&journal.path).ok();
@@ -101,15 +91,9 @@ fn frame(record: &Record) -> Result<Vec<u8>, CacheError> {
     let payload = encode(record);
     if payload.len() > PAYLOAD_MAX {
         let node = record.provenance.node.clone();
-        return Err(CacheError::TooLong {
-            node,
-            bytes: payload.len(),
-            max: PAYLOAD_MAX,
-        });
+        return Err(CacheError::TooLong { node, bytes: payload.len(), max: PAYLOAD_MAX });
     }
-    let len = u32::try_from(payload.len())
-        .expect("the most is below 4 GiB")
-        .to_le_bytes();
+    let len = u32::try_from(payload.len()).expect("the most is below 4 GiB").to_le_bytes();
     let mut frame = Vec::with_capacity(HEADER + payload.len());
     frame.extend(len);
     frame.extend([0; HEADER - LEN]);
@@ -122,10 +106,7 @@ fn frame(record: &Record) -> Result<Vec<u8>, CacheError> {
 /// The first 8 bytes of the SHA-256 of a frame whose checksum is zeroed, which this does.
 fn checksum(frame: &mut [u8]) -> [u8; 8] {
     frame[LEN..HEADER].fill(0);
-    *Digest::of(frame)
-        .0
-        .first_chunk()
-        .expect("a digest has 32 bytes")
+    *Digest::of(frame).0.first_chunk().expect("a digest has 32 bytes")
 }
 
 /// How far a journal was read.
@@ -138,10 +119,7 @@ pub(crate) struct Seen {
 
 impl Seen {
     /// A journal to read nothing from: one's own.
-    pub(crate) const END: Self = Self {
-        offset: 0,
-        ended: true,
-    };
+    pub(crate) const END: Self = Self { offset: 0, ended: true };
 }
 
 /// Gives `take` the records that a journal has beyond `seen`.
@@ -158,10 +136,7 @@ pub(crate) fn read(
         Ok(file) => file,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(source) => {
-            return Err(CacheError::Io {
-                path: path.to_owned(),
-                source,
-            });
+            return Err(CacheError::Io { path: path.to_owned(), source });
         }
     };
     // The owner locks the journal before the first byte; without one, it may yet do so.
@@ -182,10 +157,7 @@ pub(crate) fn read(
         file.read_exact(&mut frame).at(path)?;
         if frame != MAGIC {
             seen.ended = true;
-            troubles.push(Trouble::DamagedJournal {
-                path: path.to_owned(),
-                offset: 0,
-            });
+            troubles.push(Trouble::DamagedJournal { path: path.to_owned(), offset: 0 });
             return Ok(());
         }
         seen.offset = MAGIC.len() as u64;
@@ -197,10 +169,7 @@ pub(crate) fn read(
         let n_payload = n_payload.expect("a header holds a length") as usize;
         if n_payload == 0 || n_payload > PAYLOAD_MAX {
             seen.ended = true;
-            troubles.push(Trouble::DamagedJournal {
-                path: path.to_owned(),
-                offset: seen.offset,
-            });
+            troubles.push(Trouble::DamagedJournal { path: path.to_owned(), offset: seen.offset });
             return Ok(());
         }
         let n_frame = HEADER + n_payload;
@@ -210,25 +179,18 @@ pub(crate) fn read(
         frame.resize(n_frame, 0);
         file.read_exact(&mut frame[HEADER..]).at(path)?;
         let expected = frame[LEN..HEADER].to_vec();
-        match (checksum(&mut frame) == *expected)
-            .then(|| decode(&frame[HEADER..]))
-            .flatten()
-        {
+        match (checksum(&mut frame) == *expected).then(|| decode(&frame[HEADER..])).flatten() {
             Some(record) => take(record),
-            None => troubles.push(Trouble::DamagedRecord {
-                path: path.to_owned(),
-                offset: seen.offset,
-            }),
+            None => {
+                troubles.push(Trouble::DamagedRecord { path: path.to_owned(), offset: seen.offset })
+            }
         }
         seen.offset += n_frame as u64;
     }
     // A living owner may be about to write the rest.
     if seen.ended && seen.offset < len {
         let bytes = len - seen.offset;
-        troubles.push(Trouble::TornJournal {
-            path: path.to_owned(),
-            bytes,
-        });
+        troubles.push(Trouble::TornJournal { path: path.to_owned(), bytes });
     }
     Ok(())
 }
@@ -299,16 +261,11 @@ mod tests {
     #[test]
     fn a_journal_cut_anywhere_gives_the_whole_records_before_the_cut() {
         let records = [record(1), record(2), record(3)];
-        let ends: Vec<_> = (0..=3)
-            .map(|n| journal_of(records[..n].iter()).unwrap().len())
-            .collect();
+        let ends: Vec<_> =
+            (0..=3).map(|n| journal_of(records[..n].iter()).unwrap().len()).collect();
         let bytes = journal_of(records.iter()).unwrap();
         for len in 0..=bytes.len() {
-            let n_whole = ends
-                .iter()
-                .filter(|end| **end <= len)
-                .count()
-                .saturating_sub(1);
+            let n_whole = ends.iter().filter(|end| **end <= len).count().saturating_sub(1);
             let (found, troubles) = read_all(&bytes[..len]);
             assert_eq!(found, records[..n_whole], "cut at {len}");
             let is_clean = len == 0 || ends.contains(&len);
@@ -325,10 +282,7 @@ mod tests {
             damaged[bit / 8] ^= 1 << (bit % 8);
             let (found, troubles) = read_all(&damaged);
             assert!(found.len() < 3 && !troubles.is_empty(), "bit {bit}");
-            assert!(
-                found.iter().all(|record| records.contains(record)),
-                "bit {bit}"
-            );
+            assert!(found.iter().all(|record| records.contains(record)), "bit {bit}");
         }
     }
 
@@ -338,10 +292,7 @@ mod tests {
         bytes[MAGIC.len() + HEADER + 5] ^= 1;
         let (found, troubles) = read_all(&bytes);
         assert_eq!(found, [record(2)]);
-        assert!(matches!(
-            troubles[..],
-            [Trouble::DamagedRecord { offset: 14, .. }]
-        ));
+        assert!(matches!(troubles[..], [Trouble::DamagedRecord { offset: 14, .. }]));
     }
 
     #[test]
@@ -376,19 +327,11 @@ mod tests {
     fn a_full_disk_is_an_error_with_the_path() {
         let path = PathBuf::from("/dev/full");
         let file = File::options().append(true).open(&path).unwrap();
-        let mut journal = Journal {
-            path: path.clone(),
-            file,
-            len: 0,
-            unsynced: false,
-            torn: false,
-        };
+        let mut journal =
+            Journal { path: path.clone(), file, len: 0, unsynced: false, torn: false };
         let error = journal.append(&record(1)).unwrap_err();
         assert!(matches!(error, CacheError::Io { path: at, source }
             if at == path && source.kind() == io::ErrorKind::StorageFull));
-        assert!(
-            !journal.is_whole(),
-            "a device can't be cut, so what follows would be lost"
-        );
+        assert!(!journal.is_whole(), "a device can't be cut, so what follows would be lost");
     }
 }

@@ -21,26 +21,16 @@ pub struct ActionLock {
 /// meanwhile has locked nothing, notices that the path leads elsewhere, and tries again.
 pub(crate) fn try_lock(path: &Path) -> Result<Option<ActionLock>, CacheError> {
     loop {
-        let file = File::options()
-            .create(true)
-            .append(true)
-            .open(path)
-            .at(path)?;
+        let file = File::options().create(true).append(true).open(path).at(path)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Ok(None),
             Err(TryLockError::Error(source)) => {
-                return Err(CacheError::Io {
-                    path: path.to_owned(),
-                    source,
-                });
+                return Err(CacheError::Io { path: path.to_owned(), source });
             }
         }
         if leads_to(path, &file).at(path)? {
-            return Ok(Some(ActionLock {
-                path: path.to_owned(),
-                _file: file,
-            }));
+            return Ok(Some(ActionLock { path: path.to_owned(), _file: file }));
         }
     }
 }

@@ -45,11 +45,7 @@ impl Objects {
     pub fn put(&self, bytes: &[u8]) -> Result<Output, CacheError> {
         let (digest, size) = (Digest::of(bytes), bytes.len() as u64);
         if bytes.len() <= INLINE_MAX {
-            return Ok(Output {
-                digest,
-                size,
-                inline: Some(bytes.into()),
-            });
+            return Ok(Output { digest, size, inline: Some(bytes.into()) });
         }
         let (folder, path) = self.place(&digest);
         if !holds(&path, bytes) {
@@ -60,11 +56,7 @@ impl Objects {
             let temporary = self.root.join("tmp").join(durable::unique_name());
             durable::publish(&temporary, &path, bytes)?;
         }
-        Ok(Output {
-            digest,
-            size,
-            inline: None,
-        })
+        Ok(Output { digest, size, inline: None })
     }
 
     /// The bytes of an output, checked against its digest.
@@ -76,11 +68,7 @@ impl Objects {
     /// If inline bytes were put together by hand and don't have the digest.
     pub fn read(&self, output: &Output) -> Result<Fetched, CacheError> {
         if let Some(bytes) = &output.inline {
-            assert_eq!(
-                Digest::of(bytes),
-                output.digest,
-                "an inline output has its digest"
-            );
+            assert_eq!(Digest::of(bytes), output.digest, "an inline output has its digest");
             return Ok(Fetched::Bytes(Arc::clone(bytes)));
         }
         let (_, path) = self.place(&output.digest);
@@ -144,10 +132,7 @@ mod tests {
         for (len, is_inline) in [(0, true), (4096, true), (4097, false), (100_000, false)] {
             let bytes = vec![7; len];
             let output = objects.put(&bytes).unwrap();
-            assert_eq!(
-                (output.inline.is_some(), output.size),
-                (is_inline, len as u64)
-            );
+            assert_eq!((output.inline.is_some(), output.size), (is_inline, len as u64));
             assert_eq!(objects.place(&output.digest).1.exists(), !is_inline);
             assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes(bytes.into()));
         }
@@ -180,11 +165,7 @@ mod tests {
         let (_root, objects) = store();
         // Shorter than an object ever is, so that each of its bits has its turn.
         let mut damaged: Vec<u8> = (0..100).collect();
-        let output = Output {
-            digest: Digest::of(&damaged),
-            size: 100,
-            inline: None,
-        };
+        let output = Output { digest: Digest::of(&damaged), size: 100, inline: None };
         let (folder, path) = objects.place(&output.digest);
         fs::create_dir(folder).unwrap();
         fs::write(&path, &damaged).unwrap();
@@ -218,10 +199,7 @@ mod tests {
                 assert_eq!(fs::read(moved_to).unwrap(), vec![2; damage]);
             }
             assert_eq!(objects.put(&[1; 5000]).unwrap(), output);
-            assert_eq!(
-                objects.read(&output).unwrap(),
-                Fetched::Bytes([1; 5000].into())
-            );
+            assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes([1; 5000].into()));
         }
         assert_eq!((n_files(&root, "tmp"), n_files(&root, "corrupt")), (0, 2));
     }
@@ -241,9 +219,8 @@ mod tests {
             }
         });
         let folders = fs::read_dir(root.path().join("objects")).unwrap();
-        let n_objects: usize = folders
-            .map(|f| fs::read_dir(f.unwrap().path()).unwrap().count())
-            .sum();
+        let n_objects: usize =
+            folders.map(|f| fs::read_dir(f.unwrap().path()).unwrap().count()).sum();
         assert_eq!((n_objects, n_files(&root, "tmp")), (20, 0));
     }
 }

@@ -51,20 +51,8 @@ pub struct Provenance {
 /// # Panics
 /// If inline bytes are not as many as the output's size, or a text exceeds 4 GiB.
 pub(crate) fn encode(record: &Record) -> Vec<u8> {
-    let Record {
-        key,
-        platform,
-        output,
-        provenance,
-    } = record;
-    let Provenance {
-        op,
-        node,
-        inputs,
-        explanation,
-        library,
-        millis,
-    } = provenance;
+    let Record { key, platform, output, provenance } = record;
+    let Provenance { op, node, inputs, explanation, library, millis } = provenance;
     let mut bytes = Vec::with_capacity(512);
     bytes.extend(key.0);
     put_bytes(&mut bytes, platform.as_bytes());
@@ -72,11 +60,7 @@ pub(crate) fn encode(record: &Record) -> Vec<u8> {
     bytes.extend(output.size.to_le_bytes());
     bytes.push(u8::from(output.inline.is_some()));
     if let Some(inline) = &output.inline {
-        assert_eq!(
-            inline.len() as u64,
-            output.size,
-            "an inline output is whole"
-        );
+        assert_eq!(inline.len() as u64, output.size, "an inline output is whole");
         put_bytes(&mut bytes, inline);
     }
     put_bytes(&mut bytes, op.as_bytes());
@@ -97,11 +81,7 @@ fn put_bytes(bytes: &mut Vec<u8>, more: &[u8]) {
 }
 
 fn put_len(bytes: &mut Vec<u8>, len: usize) {
-    bytes.extend(
-        u32::try_from(len)
-            .expect("a field is below 4 GiB")
-            .to_le_bytes(),
-    );
+    bytes.extend(u32::try_from(len).expect("a field is below 4 GiB").to_le_bytes());
 }
 
 /// The record of these bytes; `None` if they are not exactly one record.
@@ -132,24 +112,13 @@ fn take_output(rest: &mut &[u8]) -> Option<Output> {
         _ => return None,
     };
     let is_whole = |bytes: &Arc<[u8]>| bytes.len() as u64 == size && Digest::of(bytes) == digest;
-    inline.as_ref().is_none_or(is_whole).then_some(Output {
-        digest,
-        size,
-        inline,
-    })
+    inline.as_ref().is_none_or(is_whole).then_some(Output { digest, size, inline })
 }
 
 fn take_digests(rest: &mut &[u8]) -> Option<Vec<Digest>> {
     let len = take_len(rest)?.checked_mul(32)?;
     let digests = rest.split_off(..len)?;
-    Some(
-        digests
-            .as_chunks()
-            .0
-            .iter()
-            .map(|bytes| Digest(*bytes))
-            .collect(),
-    )
+    Some(digests.as_chunks().0.iter().map(|bytes| Digest(*bytes)).collect())
 }
 
 fn take_text(rest: &mut &[u8]) -> Option<String> {
@@ -179,11 +148,7 @@ mod tests {
         Record {
             key: Digest([1; 32]),
             platform: "x".into(),
-            output: Output {
-                digest: Digest::of(b"abc"),
-                size: 3,
-                inline: inline.map(Arc::from),
-            },
+            output: Output { digest: Digest::of(b"abc"), size: 3, inline: inline.map(Arc::from) },
             provenance: Provenance {
                 op: "f@1".into(),
                 node: "é".into(),
@@ -229,11 +194,7 @@ mod tests {
         assert_eq!(decode(&[&bytes[..], &[0]].concat()), None);
         let mut short = bytes.clone();
         short[69] = 2;
-        assert_eq!(
-            decode(&short),
-            None,
-            "fewer inline bytes than the size says"
-        );
+        assert_eq!(decode(&short), None, "fewer inline bytes than the size says");
         let mut other = bytes.clone();
         other[82] = b'A';
         assert_eq!(decode(&other), None, "inline bytes of another digest");

@@ -39,13 +39,9 @@ pub fn sweep(
 ) -> Result<Swept, CacheError> {
     let mut cache = Cache::open_alone(root)?;
     let hints = cache.hints().clone();
-    let (kept, dropped): (Vec<&Record>, Vec<_>) = cache
-        .records()
-        .partition(|record| keep(record, hints.last_use(&record.key)));
-    let mut swept = Swept {
-        records: dropped.len(),
-        ..Swept::default()
-    };
+    let (kept, dropped): (Vec<&Record>, Vec<_>) =
+        cache.records().partition(|record| keep(record, hints.last_use(&record.key)));
+    let mut swept = Swept { records: dropped.len(), ..Swept::default() };
     let keys: BTreeSet<Digest> = kept.iter().map(|record| record.key).collect();
     let outputs: BTreeSet<String> = kept.iter().map(|r| r.output.digest.to_string()).collect();
 
@@ -92,11 +88,7 @@ fn merge_journals(root: &Path, kept: &[&Record]) -> Result<(), CacheError> {
 }
 
 fn remove(path: &Path) -> Result<(), CacheError> {
-    let removed = if path.is_dir() {
-        fs::remove_dir_all(path)
-    } else {
-        fs::remove_file(path)
-    };
+    let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match removed {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         removed => removed.at(path),

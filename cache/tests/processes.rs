@@ -26,9 +26,7 @@ fn child(test: &str, root: &Path) -> Child {
 
 /// The numbers that a child says, until it ends.
 fn said(child: &mut Child) -> impl Iterator<Item = u32> + use<> {
-    let lines = BufReader::new(child.stdout.take().unwrap())
-        .lines()
-        .map_while(Result::ok);
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines().map_while(Result::ok);
     lines.filter_map(|line| line.strip_prefix("said ")?.parse().ok())
 }
 
@@ -41,8 +39,7 @@ fn say(n: u32) {
 
 /// Output `n`; every third is an object.
 fn bytes(n: u32) -> Vec<u8> {
-    n.to_le_bytes()
-        .repeat(if n.is_multiple_of(3) { 2000 } else { 5 })
+    n.to_le_bytes().repeat(if n.is_multiple_of(3) { 2000 } else { 5 })
 }
 
 fn key(n: u32) -> Digest {
@@ -59,20 +56,11 @@ fn add(cache: &mut Cache, n: u32) -> Committed {
         library: "l".into(),
         millis: 1,
     };
-    cache
-        .commit(Record {
-            key: key(n),
-            platform: "x".into(),
-            output,
-            provenance,
-        })
-        .unwrap()
+    cache.commit(Record { key: key(n), platform: "x".into(), output, provenance }).unwrap()
 }
 
 fn assert_holds(cache: &Cache, n: u32) {
-    let record = cache
-        .lookup(&key(n))
-        .unwrap_or_else(|| panic!("record {n} was lost"));
+    let record = cache.lookup(&key(n)).unwrap_or_else(|| panic!("record {n} was lost"));
     let found = cache.objects().read(&record.output).unwrap();
     assert_eq!(found, Fetched::Bytes(bytes(n).into()), "output {n}");
 }
@@ -128,9 +116,8 @@ fn child_that_writes_the_same() {
 #[test]
 fn processes_that_write_the_same_agree() {
     let root = tempfile::tempdir().unwrap();
-    let writers: Vec<_> = (0..3)
-        .map(|_| child("child_that_writes_the_same", root.path()))
-        .collect();
+    let writers: Vec<_> =
+        (0..3).map(|_| child("child_that_writes_the_same", root.path())).collect();
     for writer in writers {
         assert!(writer.wait_with_output().unwrap().status.success());
     }
@@ -147,10 +134,7 @@ fn child_that_locks() {
         return;
     };
     let cache = Cache::open(root.as_ref(), "x").unwrap();
-    let _lock = cache
-        .try_lock(&key(0))
-        .unwrap()
-        .expect("nobody else has it");
+    let _lock = cache.try_lock(&key(0)).unwrap().expect("nobody else has it");
     say(0);
     io::stdin().read_line(&mut String::new()).unwrap();
 }

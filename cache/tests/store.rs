@@ -42,18 +42,8 @@ fn add(cache: &mut Cache, n: u8, len: usize) -> Record {
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    entries
-        .flat_map(|path| {
-            if path.is_dir() {
-                files(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
 #[test]
@@ -114,10 +104,7 @@ fn the_own_platform_wins_and_then_the_first_by_name() {
     let mut cache = open(&root);
     for (platform, len) in [("zarch", 1), ("arm", 2), ("mips", 3)] {
         let output = cache.objects().put(&vec![0; len]).unwrap();
-        assert_eq!(
-            cache.commit(record(1, platform, output)).unwrap(),
-            Committed::New
-        );
+        assert_eq!(cache.commit(record(1, platform, output)).unwrap(), Committed::New);
     }
     let size = |cache: &Cache| cache.lookup(&Digest([1; 32])).unwrap().output.size;
     assert_eq!(size(&cache), 2);
@@ -140,9 +127,7 @@ fn the_first_writer_wins_and_another_result_is_refused() {
     assert_eq!(cache.lookup(&first.key), Some(&first));
 
     again.output = cache.objects().put(&[9; 10]).unwrap();
-    let Err(CacheError::Conflict(conflict)) = cache.commit(again) else {
-        panic!("no conflict")
-    };
+    let Err(CacheError::Conflict(conflict)) = cache.commit(again) else { panic!("no conflict") };
     let expected = Conflict {
         op: "train@3".into(),
         node: "another".into(),
@@ -153,12 +138,7 @@ fn the_first_writer_wins_and_another_result_is_refused() {
     };
     assert_eq!(*conflict, expected);
     let message = conflict.to_string();
-    for part in [
-        "train@3",
-        "another",
-        &expected.first.to_string(),
-        &expected.second.to_string(),
-    ] {
+    for part in ["train@3", "another", &expected.first.to_string(), &expected.second.to_string()] {
         assert!(message.contains(part), "{message}");
     }
     cache.close().unwrap();
@@ -191,12 +171,7 @@ fn a_damaged_journal_does_not_hide_the_others() {
     let from_b = add(&mut b, 3, 10);
     drop((a, b));
     let len = fs::metadata(&journal).unwrap().len();
-    fs::File::options()
-        .write(true)
-        .open(&journal)
-        .unwrap()
-        .set_len(len - 1)
-        .unwrap();
+    fs::File::options().write(true).open(&journal).unwrap().set_len(len - 1).unwrap();
 
     let mut cache = Cache::open(root.path(), "x86").unwrap();
     assert!(
@@ -205,15 +180,8 @@ fn a_damaged_journal_does_not_hide_the_others() {
     assert_eq!(cache.records().collect::<Vec<_>>(), [&from_a, &from_b]);
     add(&mut cache, 2, 10);
     drop(cache);
-    assert_eq!(
-        Cache::open(root.path(), "x86").unwrap().records().count(),
-        3
-    );
-    assert_eq!(
-        fs::metadata(&journal).unwrap().len(),
-        len - 1,
-        "not ours to touch"
-    );
+    assert_eq!(Cache::open(root.path(), "x86").unwrap().records().count(), 3);
+    assert_eq!(fs::metadata(&journal).unwrap().len(), len - 1, "not ours to touch");
 }
 
 #[test]
@@ -240,10 +208,7 @@ fn another_format_is_refused_with_the_file_named() {
         other[bit / 8] ^= 1 << (bit % 8);
         fs::write(&path, &other).unwrap();
         let error = Cache::open(root.path(), "x86").unwrap_err();
-        assert!(
-            matches!(&error, CacheError::Version { path: at, .. } if *at == path),
-            "{error}"
-        );
+        assert!(matches!(&error, CacheError::Version { path: at, .. } if *at == path), "{error}");
     }
     fs::write(&path, version).unwrap();
     open(&root);
@@ -258,10 +223,7 @@ fn a_disk_that_refuses_is_an_error_with_the_path() {
     fs::write(&tmp, "in the way").unwrap();
     let error = cache.objects().put(&[0; 5000]).unwrap_err();
     assert!(matches!(error, CacheError::Io { path, .. } if path.starts_with(&tmp)));
-    assert!(matches!(
-        Cache::open(&tmp, "x86"),
-        Err(CacheError::Io { .. })
-    ));
+    assert!(matches!(Cache::open(&tmp, "x86"), Err(CacheError::Io { .. })));
     fs::remove_file(&tmp).unwrap();
     let cache = open(&root);
     assert_eq!(cache.stats().unwrap(), Stats::default());
@@ -273,10 +235,7 @@ fn hints_survive_and_without_them_durations_come_from_the_records() {
     let root = tempfile::tempdir().unwrap();
     let mut cache = open(&root);
     add(&mut cache, 1, 10);
-    let run = Run {
-        started: 5,
-        summary: "all held".into(),
-    };
+    let run = Run { started: 5, summary: "all held".into() };
     cache.hints().note_run(run.clone());
     cache.hints().note_millis("train@3", 80);
     cache.hints().note_millis("argmax@1", 1);
@@ -298,10 +257,7 @@ fn hints_survive_and_without_them_durations_come_from_the_records() {
     fs::write(root.path().join("hints.sled"), "garbage").unwrap();
     let mut cache = open(&root);
     assert_eq!(cache.hints().expected_millis("train@3"), Some(40));
-    assert!(matches!(
-        cache.close().unwrap()[..],
-        [Trouble::DamagedHints { .. }]
-    ));
+    assert!(matches!(cache.close().unwrap()[..], [Trouble::DamagedHints { .. }]));
     assert_eq!(open(&root).close().unwrap(), []);
 }
 
@@ -314,10 +270,7 @@ fn a_sweep_keeps_what_is_wanted_and_nothing_else() {
     add(&mut a, 3, 20_000);
     a.hints().note_use(&small.key, 9);
     a.hints().note_use(&Digest([3; 32]), 7);
-    assert!(matches!(
-        sweep(root.path(), |_, _| false),
-        Err(CacheError::Busy { .. })
-    ));
+    assert!(matches!(sweep(root.path(), |_, _| false), Err(CacheError::Busy { .. })));
     a.close().unwrap();
     b.close().unwrap();
     for folder in ["tmp", "locks", "corrupt"] {

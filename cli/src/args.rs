@@ -6,9 +6,13 @@ use clap::{Parser, Subcommand};
 
 /// Reproducible machine-learning experiments as dataflow over named axes.
 #[derive(Debug, Parser)]
-#[command(name = "ivx", version, after_help = "\
+#[command(
+    name = "ivx",
+    version,
+    after_help = "\
 Exit codes: 0 all went well, 1 a node failed (or a claim, under --strict; or results differ), \
-2 the spec or the command line is wrong, 3 the disk or the cache failed.")]
+2 the spec or the command line is wrong, 3 the disk or the cache failed."
+)]
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,

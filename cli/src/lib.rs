@@ -24,13 +24,21 @@ pub const WRONG: u8 = 2;
 pub const BROKEN: u8 = 3;
 
 /// Runs the command with these arguments, the first being its name. Returns the exit code.
-pub fn run(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+pub fn run(
+    args: impl IntoIterator<Item = OsString>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> u8 {
     let args = match Args::try_parse_from(args) {
         Ok(args) => args,
         Err(usage) => {
             let (to, code): (&mut dyn Write, u8) =
                 if usage.use_stderr() { (err, WRONG) } else { (out, OK) };
-            let text = if colours() { usage.render().ansi().to_string() } else { usage.render().to_string() };
+            let text = if colours() {
+                usage.render().ansi().to_string()
+            } else {
+                usage.render().to_string()
+            };
             return write!(to, "{text}").map_or(BROKEN, |()| code);
         }
     };

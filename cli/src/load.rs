@@ -27,7 +27,11 @@ pub(crate) struct Loaded {
 pub(crate) fn load(spec: &Path) -> Result<Loaded, Trouble> {
     let path = fs::canonicalize(spec).at(spec)?;
     let root = project::root(&path);
-    let mut loader = Loader { loaded: Loaded { project: Project::default(), diagnostics: Vec::new(), root }, known: BTreeMap::new(), open: Vec::new() };
+    let mut loader = Loader {
+        loaded: Loaded { project: Project::default(), diagnostics: Vec::new(), root },
+        known: BTreeMap::new(),
+        open: Vec::new(),
+    };
     let text = fs::read_to_string(&path).at(spec)?;
     loader.file(path, text);
     Ok(loader.loaded)
@@ -46,12 +50,22 @@ impl Loader {
         let (ast, faults) = parse(&text, u32::try_from(index).expect("files are few"));
         self.loaded.diagnostics.extend(faults);
         let shown = self.shown(&path);
-        let named: Vec<Spanned<String>> = ast.items.iter().filter_map(|item| match &item.kind {
-            ItemKind::Use { path, .. } | ItemKind::Include { path } => Some(path.clone()),
-            _ => None,
-        }).collect();
+        let named: Vec<Spanned<String>> = ast
+            .items
+            .iter()
+            .filter_map(|item| match &item.kind {
+                ItemKind::Use { path, .. } | ItemKind::Include { path } => Some(path.clone()),
+                _ => None,
+            })
+            .collect();
         let stem = project::name(&path);
-        self.loaded.project.files.push(File { path: shown, stem, text, ast, links: BTreeMap::new() });
+        self.loaded.project.files.push(File {
+            path: shown,
+            stem,
+            text,
+            ast,
+            links: BTreeMap::new(),
+        });
         self.known.insert(path.clone(), index);
         self.open.push(path.clone());
         for name in named {
@@ -67,10 +81,12 @@ impl Loader {
     fn link(&mut self, from: &Path, name: &Spanned<String>) -> Option<usize> {
         let folder = from.parent().expect("a file lies in a folder");
         let wanted = lexical(&folder.join(&name.value));
-        let fault = |code, message: String, label: &str| Diagnostic::new(code, name.span, message, label);
+        let fault =
+            |code, message: String, label: &str| Diagnostic::new(code, name.span, message, label);
         let outside = || {
             let message = format!("`{}` lies outside the project", name.value);
-            fault(Code::Outside, message, "not in the project").help("specs name files of their own project only")
+            fault(Code::Outside, message, "not in the project")
+                .help("specs name files of their own project only")
         };
         if !wanted.starts_with(&self.loaded.root) {
             self.loaded.diagnostics.push(outside());
@@ -84,7 +100,9 @@ impl Loader {
             }
             Err(error) => {
                 let message = format!("`{}` cannot be read: {}", name.value, plain(&error));
-                self.loaded.diagnostics.push(fault(Code::File, message, "not read").maybe_help(near(&wanted, &name.value)));
+                self.loaded.diagnostics.push(
+                    fault(Code::File, message, "not read").maybe_help(near(&wanted, &name.value)),
+                );
                 return None;
             }
         };
@@ -93,7 +111,9 @@ impl Loader {
             let circle: Vec<_> = circle.map(|path| self.shown(path)).collect();
             let message = format!("files name each other in a circle: {}", circle.join(" -> "));
             let help = "move what both need to a file of its own";
-            self.loaded.diagnostics.push(fault(Code::Cycle, message, "closes the circle").help(help));
+            self.loaded
+                .diagnostics
+                .push(fault(Code::Cycle, message, "closes the circle").help(help));
             return None;
         }
         if let Some(known) = self.known.get(&path) {
@@ -141,10 +161,14 @@ fn plain(error: &std::io::Error) -> String {
 /// The specs beside a file that is not there, as advice.
 fn near(wanted: &Path, name: &str) -> Option<String> {
     let folder = wanted.parent()?;
-    let specs = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let specs = fs::read_dir(folder)
+        .ok()?
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned());
     let prefix = name.rsplit_once('/').map_or("", |(prefix, _)| prefix);
     let join = |spec: String| if prefix.is_empty() { spec } else { format!("{prefix}/{spec}") };
-    let is_spec = |spec: &String| Path::new(spec).extension().is_some_and(|extension| extension == "ivx");
+    let is_spec =
+        |spec: &String| Path::new(spec).extension().is_some_and(|extension| extension == "ivx");
     let known: Vec<String> = specs.filter(is_spec).map(join).collect();
     suggest(name, known.iter().map(String::as_str))
 }

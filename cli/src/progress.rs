@@ -26,7 +26,8 @@ impl<'a> Progress<'a> {
     pub(crate) fn new(err: &'a mut dyn Write, jobs: usize) -> Self {
         let now = Instant::now();
         let terminal = std::io::stderr().is_terminal();
-        let bar = terminal.then(|| ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()));
+        let bar =
+            terminal.then(|| ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()));
         let jobs = jobs.max(1) as u64;
         Self { err, bar, jobs, started: now, last_line: now, nodes: 0, done: 0, hits: 0 }
     }
@@ -48,7 +49,9 @@ impl<'a> Progress<'a> {
 
     fn left(&self, left_millis: Option<u64>) -> String {
         let left = left_millis.map(|millis| millis / self.jobs);
-        left.map_or(String::new(), |millis| format!(", about {} left", spell(Duration::from_millis(millis))))
+        left.map_or(String::new(), |millis| {
+            format!(", about {} left", spell(Duration::from_millis(millis)))
+        })
     }
 }
 
@@ -98,13 +101,17 @@ impl Listen for Progress<'_> {
     }
 }
 
-#[expect(clippy::print_stderr, reason = "the bar is drawn there, and has stepped aside for the line")]
+#[expect(
+    clippy::print_stderr,
+    reason = "the bar is drawn there, and has stepped aside for the line"
+)]
 fn eprint_line(line: &str) {
     eprintln!("{line}");
 }
 
 fn style() -> ProgressStyle {
-    let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}{prefix} {wide_msg:.dim}");
+    let style =
+        ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed}{prefix} {wide_msg:.dim}");
     style.expect("the template is well-formed")
 }
 

@@ -25,5 +25,6 @@ pub(crate) fn diff(args: &Diff, out: &mut dyn Write, _: &mut dyn Write) -> Resul
 fn read(path: &Path) -> Result<Results, Trouble> {
     let path = if path.is_dir() { path.join("results.ron") } else { path.to_owned() };
     let text = fs::read_to_string(&path).at(&path)?;
-    Results::from_ron(&text).map_err(|why| Trouble::Content { path: path.display().to_string(), why: why.to_string() })
+    Results::from_ron(&text)
+        .map_err(|why| Trouble::Content { path: path.display().to_string(), why: why.to_string() })
 }

@@ -7,7 +7,9 @@ use std::path::Path;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use ivx_cache::Cache;
-use ivx_engine::{Fate, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted};
+use ivx_engine::{
+    Fate, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
+};
 use ivx_op::Outcome as Verdict;
 use serde::Serialize;
 
@@ -15,18 +17,25 @@ use super::ready;
 use crate::progress::{Progress, spell};
 use crate::{At as _, FAILED, OK, Trouble, WRONG, args, project};
 
-pub(crate) fn exec(args: &args::Exec, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
+pub(crate) fn exec(
+    args: &args::Exec,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<u8, Trouble> {
     let started = Instant::now();
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry)?;
-    let jobs = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let jobs =
+        args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     for trouble in cache.troubles() {
         writeln!(err, "note: {trouble}")?;
     }
-    let options = Options { jobs, fail_fast: args.fail_fast, library: ivx_library::SOURCE_DIGEST.to_owned() };
+    let options =
+        Options { jobs, fail_fast: args.fail_fast, library: ivx_library::SOURCE_DIGEST.to_owned() };
     let mut progress = Progress::new(err, jobs);
-    let outcome = schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress);
+    let outcome =
+        schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress);
     progress.finish();
     for trouble in cache.close()? {
         writeln!(err, "note: {trouble}")?;
@@ -40,7 +49,8 @@ pub(crate) fn exec(args: &args::Exec, out: &mut dyn Write, err: &mut dyn Write) 
     summary(&report.results, &plan, &outcome, started, out)?;
     let shown = folder.strip_prefix(&ready.loaded.root).unwrap_or(&folder);
     writeln!(out, "results: {}", shown.join("results.ron").display())?;
-    let claims = report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
+    let claims =
+        report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
     let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));
     let failed = !report.results.failures.is_empty();
     Ok(if failed || (args.strict && broken) { FAILED } else { OK })
@@ -110,7 +120,9 @@ fn run_ron(plan: &Plan, outcome: &Outcome, jobs: usize, started: Instant) -> Str
         (step.address.as_str(), NodeRun { key, output, fate, millis })
     });
     let seconds = started.elapsed();
-    let began = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |now| now.saturating_sub(seconds).as_secs());
+    let began = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |now| now.saturating_sub(seconds).as_secs());
     let run = Run {
         version: env!("CARGO_PKG_VERSION"),
         platform: platform(),
@@ -119,7 +131,9 @@ fn run_ron(plan: &Plan, outcome: &Outcome, jobs: usize, started: Instant) -> Str
         seconds: seconds.as_secs_f64(),
         nodes: nodes.collect(),
     };
-    ron::ser::to_string_pretty(&run, ron::ser::PrettyConfig::new().indentor(" ")).expect("a run is plain data") + "\n"
+    ron::ser::to_string_pretty(&run, ron::ser::PrettyConfig::new().indentor(" "))
+        .expect("a run is plain data")
+        + "\n"
 }
 
 fn summary(
@@ -134,13 +148,18 @@ fn summary(
             writeln!(out, "{name}")?;
         }
         for (words, claim) in &experiment.claims {
-            let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |outcome| outcome.to_string());
-            let held = claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds).count();
+            let outcome =
+                claim.outcome.map_or_else(|| "not run".to_owned(), |outcome| outcome.to_string());
+            let held =
+                claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds).count();
             let of = claim.findings.len();
             let detail = match &claim.findings[..] {
                 [one] => match one.interval {
                     Some((low, high)) => {
-                        format!("  difference {:.4} in [{low:.4}, {high:.4}], n = {}", one.estimate, one.n)
+                        format!(
+                            "  difference {:.4} in [{low:.4}, {high:.4}], n = {}",
+                            one.estimate, one.n
+                        )
                     }
                     None => String::new(),
                 },
@@ -150,7 +169,8 @@ fn summary(
             writeln!(out, "  {outcome:<9} {words}{detail}")?;
         }
     }
-    let count = |wanted: fn(&Fate) -> bool| outcome.nodes.iter().filter(|node| wanted(&node.fate)).count();
+    let count =
+        |wanted: fn(&Fate) -> bool| outcome.nodes.iter().filter(|node| wanted(&node.fate)).count();
     let ran = count(|fate| matches!(fate, Fate::Ran { .. }));
     let failed = count(|fate| matches!(fate, Fate::Failed { .. }));
     let skipped = count(|fate| matches!(fate, Fate::Skipped { .. }));

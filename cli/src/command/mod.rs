@@ -48,7 +48,8 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let loaded = load(&args.spec)?;
     let registry = registry();
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
-    let mut diagnostics: Vec<Diagnostic> = loaded.diagnostics.iter().cloned().chain(faults).collect();
+    let mut diagnostics: Vec<Diagnostic> =
+        loaded.diagnostics.iter().cloned().chain(faults).collect();
     diagnostics.sort_by_key(|d| d.labels.first().map(|label| label.span));
     tell(&diagnostics, &loaded, err)?;
     Ok(runs(&diagnostics).then_some(Ready { spec, loaded, registry }))
@@ -59,11 +60,17 @@ fn tell(diagnostics: &[Diagnostic], loaded: &Loaded, err: &mut dyn Write) -> Res
         return Ok(());
     }
     let files = loaded.project.files.iter();
-    let sources: Vec<(String, String)> = files.map(|file| (file.path.clone(), file.text.clone())).collect();
+    let sources: Vec<(String, String)> =
+        files.map(|file| (file.path.clone(), file.text.clone())).collect();
     write!(err, "{}", render(diagnostics, &sources, colours() && std::io::stderr().is_terminal()))?;
     let errors = diagnostics.iter().filter(|d| d.code.severity() == Severity::Error).count();
     if errors > 0 {
-        writeln!(err, "{errors} {} in {}", if errors == 1 { "error" } else { "errors" }, loaded.project.files[0].path)?;
+        writeln!(
+            err,
+            "{errors} {} in {}",
+            if errors == 1 { "error" } else { "errors" },
+            loaded.project.files[0].path
+        )?;
     }
     Ok(())
 }

@@ -10,7 +10,11 @@ use petgraph::visit::EdgeRef as _;
 use super::ready;
 use crate::{OK, Trouble, WRONG, args, project};
 
-pub(crate) fn plan(args: &args::Plan, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
+pub(crate) fn plan(
+    args: &args::Plan,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry)?;
     let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
@@ -32,13 +36,22 @@ pub(crate) fn plan(args: &args::Plan, out: &mut dyn Write, err: &mut dyn Write) 
         }
         for ((stem, op), [hit, run, unknown]) in groups {
             let counts = [(hit, "hit"), (run, "run"), (unknown, "unknown")];
-            let counts: Vec<_> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
+            let counts: Vec<_> = counts
+                .iter()
+                .filter(|(n, _)| *n > 0)
+                .map(|(n, word)| format!("{n} {word}"))
+                .collect();
             writeln!(out, "{stem:<56} {op:<18} {}", counts.join(", "))?;
         }
     }
     let count = |wanted| foreseen.iter().filter(|foreseen| **foreseen == wanted).count();
-    let (hit, run, unknown) = (count(Foreseen::Hit), count(Foreseen::Run), count(Foreseen::Unknown));
-    writeln!(out, "{} nodes: {hit} hit, {run} run, {unknown} unknown until their inputs have run", foreseen.len())?;
+    let (hit, run, unknown) =
+        (count(Foreseen::Hit), count(Foreseen::Run), count(Foreseen::Unknown));
+    writeln!(
+        out,
+        "{} nodes: {hit} hit, {run} run, {unknown} unknown until their inputs have run",
+        foreseen.len()
+    )?;
     Ok(OK)
 }
 
@@ -51,7 +64,10 @@ fn word(foreseen: Foreseen) -> &'static str {
 }
 
 fn dot(plan: &Plan, foreseen: &[Foreseen], out: &mut dyn Write) -> std::io::Result<()> {
-    writeln!(out, "digraph ivx {{\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", style=filled];")?;
+    writeln!(
+        out,
+        "digraph ivx {{\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", style=filled];"
+    )?;
     for (i, (step, foreseen)) in plan.graph.node_weights().zip(foreseen).enumerate() {
         let colour = match foreseen {
             Foreseen::Hit => "palegreen",

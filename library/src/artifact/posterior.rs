@@ -55,20 +55,11 @@ impl Artifact for Posterior {
     fn encode(&self) -> Vec<u8> {
         let width = self.mean.len();
         let arrays = [
-            (
-                "facts".to_owned(),
-                Data::F64(vec![2], vec![self.noise, self.log_evidence]),
-            ),
+            ("facts".to_owned(), Data::F64(vec![2], vec![self.noise, self.log_evidence])),
             ("mean".to_owned(), Data::F64(vec![width], self.mean.clone())),
-            (
-                "root".to_owned(),
-                Data::F64(vec![width, width], self.root.clone()),
-            ),
+            ("root".to_owned(), Data::F64(vec![width, width], self.root.clone())),
         ];
-        Tensors {
-            arrays: arrays.into(),
-        }
-        .encode(Self::KIND, &())
+        Tensors { arrays: arrays.into() }.encode(Self::KIND, &())
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
@@ -78,12 +69,7 @@ impl Artifact for Posterior {
         let (_, mean) = tensors.f64("mean")?;
         let (shape, root) = tensors.f64("root")?;
         let square = shape == [mean.len(), mean.len()];
-        square.then_some(Self {
-            mean,
-            root,
-            noise,
-            log_evidence,
-        })
+        square.then_some(Self { mean, root, noise, log_evidence })
     }
 }
 
@@ -112,9 +98,6 @@ mod tests {
         assert_eq!(posterior().variance_at(&[2.0]), [53.0]);
         // Covariance [[5, 3], [3, 9]]: 5 + 2·2·3 + 4·9 = 53.
         let covariance = |i, j| posterior().covariance(i, j);
-        assert_eq!(
-            [covariance(0, 0), covariance(0, 1), covariance(1, 1)],
-            [5.0, 3.0, 9.0]
-        );
+        assert_eq!([covariance(0, 0), covariance(0, 1), covariance(1, 1)], [5.0, 3.0, 9.0]);
     }
 }

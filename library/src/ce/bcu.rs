@@ -3,6 +3,7 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
+use crate::math::order::max;
 use crate::math::tail::support;
 
 declare! {
@@ -12,8 +13,7 @@ declare! {
 
 impl CertaintyEquivalent for Bcu {
     fn value(&self, outcomes: &[f64], probabilities: &[f64]) -> f64 {
-        support(probabilities)
-            .map(|i| outcomes[i])
-            .fold(f64::NEG_INFINITY, f64::max)
+        let possible: Vec<f64> = support(probabilities).map(|i| outcomes[i]).collect();
+        max(&possible)
     }
 }

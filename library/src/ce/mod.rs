@@ -78,21 +78,9 @@ mod tests {
     #[test]
     fn tail_means_run_from_the_extremes_to_the_mean() {
         let (xs, ps) = ([3.0, -1.0, 0.5], [0.25, 0.5, 0.25]);
-        assert_eq!(
-            LowerMean { alpha: 1e-9 }.value(&xs, &ps),
-            Wcu {}.value(&xs, &ps)
-        );
-        assert_eq!(
-            UpperMean { alpha: 1e-9 }.value(&xs, &ps),
-            Bcu {}.value(&xs, &ps)
-        );
-        assert_eq!(
-            LowerMean { alpha: 1.0 }.value(&xs, &ps),
-            Eu {}.value(&xs, &ps)
-        );
-        assert_eq!(
-            UpperMean { alpha: 1.0 }.value(&xs, &ps),
-            Eu {}.value(&xs, &ps)
-        );
+        assert_eq!(LowerMean { alpha: 1e-9 }.value(&xs, &ps), Wcu {}.value(&xs, &ps));
+        assert_eq!(UpperMean { alpha: 1e-9 }.value(&xs, &ps), Bcu {}.value(&xs, &ps));
+        assert_eq!(LowerMean { alpha: 1.0 }.value(&xs, &ps), Eu {}.value(&xs, &ps));
+        assert_eq!(UpperMean { alpha: 1.0 }.value(&xs, &ps), Eu {}.value(&xs, &ps));
     }
 }

@@ -3,6 +3,7 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
+use crate::math::order::min;
 use crate::math::tail::support;
 
 declare! {
@@ -12,8 +13,7 @@ declare! {
 
 impl CertaintyEquivalent for Wcu {
     fn value(&self, outcomes: &[f64], probabilities: &[f64]) -> f64 {
-        support(probabilities)
-            .map(|i| outcomes[i])
-            .fold(f64::INFINITY, f64::min)
+        let possible: Vec<f64> = support(probabilities).map(|i| outcomes[i]).collect();
+        min(&possible)
     }
 }

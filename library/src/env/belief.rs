@@ -19,9 +19,7 @@ impl Belief for BeliefOver {
     fn models(&self) -> Result<Weighted<'_>, OpError> {
         let (n_models, n_weights) = (self.models.len(), self.weights.len());
         if n_models == 0 {
-            return Err(OpError::Failed(
-                "the belief holds no lottery possible".to_owned(),
-            ));
+            return Err(OpError::Failed("the belief holds no lottery possible".to_owned()));
         }
         if n_weights == 0 {
             return Ok((&self.models, uniform(n_models)));
@@ -42,21 +40,10 @@ mod tests {
     use super::*;
 
     fn weights(n_models: usize, weights: &[f64]) -> Result<Vec<f64>, String> {
-        let sure = || {
-            Box::new(Discrete {
-                outcomes: vec![1.0],
-                probabilities: vec![1.0],
-            }) as _
-        };
+        let sure = || Box::new(Discrete { outcomes: vec![1.0], probabilities: vec![1.0] }) as _;
         let models = (0..n_models).map(|_| sure()).collect();
-        let belief = BeliefOver {
-            models,
-            weights: weights.to_vec(),
-        };
-        belief
-            .models()
-            .map(|(_, weights)| weights)
-            .map_err(|error| error.to_string())
+        let belief = BeliefOver { models, weights: weights.to_vec() };
+        belief.models().map(|(_, weights)| weights).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -67,17 +54,8 @@ mod tests {
 
     #[test]
     fn what_is_no_distribution_is_explained() {
-        assert_eq!(
-            weights(0, &[]),
-            Err("the belief holds no lottery possible".into())
-        );
-        assert_eq!(
-            weights(2, &[1.0]),
-            Err("the belief has 2 models but 1 weights".into())
-        );
-        assert_eq!(
-            weights(2, &[0.5, 1.0]),
-            Err("the weights sum to 1.5, not to 1".into())
-        );
+        assert_eq!(weights(0, &[]), Err("the belief holds no lottery possible".into()));
+        assert_eq!(weights(2, &[1.0]), Err("the belief has 2 models but 1 weights".into()));
+        assert_eq!(weights(2, &[0.5, 1.0]), Err("the weights sum to 1.5, not to 1".into()));
     }
 }

@@ -47,38 +47,15 @@ mod tests {
 
     #[test]
     fn both_ends_are_included() {
-        let grid = Grid {
-            low: -2.0,
-            high: 2.0,
-            points: 1001,
-        };
+        let grid = Grid { low: -2.0, high: 2.0, points: 1001 };
         let points = grid.points().unwrap();
-        assert_eq!(
-            (points[0], points[500], points[501], points[1000]),
-            (-2.0, 0.0, 0.004, 2.0)
-        );
-        assert_eq!(
-            Grid {
-                low: 0.1,
-                high: 0.7,
-                points: 2
-            }
-            .points()
-            .unwrap(),
-            [0.1, 0.7]
-        );
+        assert_eq!((points[0], points[500], points[501], points[1000]), (-2.0, 0.0, 0.004, 2.0));
+        assert_eq!(Grid { low: 0.1, high: 0.7, points: 2 }.points().unwrap(), [0.1, 0.7]);
     }
 
     #[test]
     fn a_falling_grid_is_refused() {
-        let message = Grid {
-            low: 1.0,
-            high: -1.0,
-            points: 3,
-        }
-        .points()
-        .unwrap_err()
-        .to_string();
+        let message = Grid { low: 1.0, high: -1.0, points: 3 }.points().unwrap_err().to_string();
         assert_eq!(message, "the grid must rise, but goes from 1 to -1");
     }
 }

@@ -32,16 +32,8 @@ mod tests {
 
     #[test]
     fn lists_follow_each_other() {
-        let part = |low, high| {
-            Box::new(Grid {
-                low,
-                high,
-                points: 2,
-            }) as _
-        };
-        let grids = Grids {
-            parts: vec![part(1.0, 2.0), part(-2.0, -1.0)],
-        };
+        let part = |low, high| Box::new(Grid { low, high, points: 2 }) as _;
+        let grids = Grids { parts: vec![part(1.0, 2.0), part(-2.0, -1.0)] };
         assert_eq!(grids.points().unwrap(), [1.0, 2.0, -2.0, -1.0]);
         assert!(Grids { parts: vec![] }.points().is_err());
     }

@@ -40,9 +40,7 @@ mod tests {
 
     fn union(parts: &[(f64, f64)]) -> Result<Vec<(f64, f64)>, String> {
         let part = |&(low, high): &(f64, f64)| Box::new(Interval { low, high }) as _;
-        let region = Intervals {
-            parts: parts.iter().map(part).collect(),
-        };
+        let region = Intervals { parts: parts.iter().map(part).collect() };
         region.intervals().map_err(|error| error.to_string())
     }
 

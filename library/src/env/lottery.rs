@@ -36,34 +36,19 @@ mod tests {
 
     fn message(outcomes: &[f64], probabilities: &[f64]) -> String {
         let (outcomes, probabilities) = (outcomes.to_vec(), probabilities.to_vec());
-        Discrete {
-            outcomes,
-            probabilities,
-        }
-        .atoms()
-        .unwrap_err()
-        .to_string()
+        Discrete { outcomes, probabilities }.atoms().unwrap_err().to_string()
     }
 
     #[test]
     fn what_is_no_distribution_is_explained() {
-        assert_eq!(
-            message(&[1.0], &[]),
-            "the lottery has 1 outcomes but 0 probabilities"
-        );
-        assert_eq!(
-            message(&[1.0, 2.0], &[0.5, 0.25]),
-            "the probabilities sum to 0.75, not to 1"
-        );
+        assert_eq!(message(&[1.0], &[]), "the lottery has 1 outcomes but 0 probabilities");
+        assert_eq!(message(&[1.0, 2.0], &[0.5, 0.25]), "the probabilities sum to 0.75, not to 1");
         assert_eq!(message(&[], &[]), "the lottery has no outcomes");
     }
 
     #[test]
     fn thirds_sum_to_one() {
-        let thirds = Discrete {
-            outcomes: vec![0.0, 1.0, 2.0],
-            probabilities: vec![1.0 / 3.0; 3],
-        };
+        let thirds = Discrete { outcomes: vec![0.0, 1.0, 2.0], probabilities: vec![1.0 / 3.0; 3] };
         assert_eq!(thirds.atoms().unwrap().0, [0.0, 1.0, 2.0]);
     }
 }

@@ -111,9 +111,7 @@ pub(crate) fn curve(points: Vec<f64>, values: Vec<f64>) -> Array {
 fn distribution(what: &str, weights: &[f64]) -> Result<(), OpError> {
     let total: f64 = weights.iter().sum();
     if (total - 1.0).abs() > 1e-9 {
-        return Err(OpError::Failed(format!(
-            "the {what} sum to {total}, not to 1"
-        )));
+        return Err(OpError::Failed(format!("the {what} sum to {total}, not to 1")));
     }
     Ok(())
 }

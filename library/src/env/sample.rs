@@ -60,21 +60,14 @@ mod tests {
     use super::*;
     use crate::math::moments::{mean, std};
 
-    const CTX: Ctx = Ctx {
-        op: "sample",
-        seed: 0,
-        member: None,
-    };
+    const CTX: Ctx = Ctx { op: "sample", seed: 0, member: None };
 
     fn sample(n: usize) -> Sample {
         Sample {
             reward: Box::new(Sinusoids {}),
             n,
             noise: 0.1,
-            from: Box::new(Interval {
-                low: -1.0,
-                high: 1.0,
-            }),
+            from: Box::new(Interval { low: -1.0, high: 1.0 }),
             stream: "main".into(),
         }
     }
@@ -83,19 +76,9 @@ mod tests {
     fn fewer_pairs_are_the_first_of_more() {
         let (few, many) = (sample(5).run(&CTX).unwrap(), sample(50).run(&CTX).unwrap());
         assert_eq!((&few.x[..], &few.y[..]), (&many.x[..5], &many.y[..5]));
-        let other = Sample {
-            stream: "test".into(),
-            ..sample(5)
-        }
-        .run(&CTX)
-        .unwrap();
+        let other = Sample { stream: "test".into(), ..sample(5) }.run(&CTX).unwrap();
         assert_ne!(few.x, other.x);
-        let louder = Sample {
-            noise: 0.2,
-            ..sample(5)
-        }
-        .run(&CTX)
-        .unwrap();
+        let louder = Sample { noise: 0.2, ..sample(5) }.run(&CTX).unwrap();
         assert_eq!(few.x, louder.x);
     }
 
@@ -112,15 +95,8 @@ mod tests {
     #[test]
     fn gaps_are_skipped_in_proportion() {
         let part = |low, high| Box::new(Interval { low, high }) as _;
-        let from = Box::new(Intervals {
-            parts: vec![part(-1.0, 0.0), part(2.0, 5.0)],
-        });
-        let data = Sample {
-            from,
-            ..sample(4000)
-        }
-        .run(&CTX)
-        .unwrap();
+        let from = Box::new(Intervals { parts: vec![part(-1.0, 0.0), part(2.0, 5.0)] });
+        let data = Sample { from, ..sample(4000) }.run(&CTX).unwrap();
         let left = data.x.iter().filter(|x| (-1.0..=0.0).contains(*x)).count();
         let right = data.x.iter().filter(|x| (2.0..=5.0).contains(*x)).count();
         assert_eq!(left + right, 4000);

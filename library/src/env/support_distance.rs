@@ -18,18 +18,11 @@ declare! {
 impl Op for SupportDistance {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         if self.data.x.is_empty() {
-            return Err(OpError::Failed(
-                "there are no data to be distant from".to_owned(),
-            ));
+            return Err(OpError::Failed("there are no data to be distant from".to_owned()));
         }
         let points = self.at.points()?;
-        let nearest = |a: &f64| {
-            self.data
-                .x
-                .iter()
-                .map(|x| (x - a).abs())
-                .fold(f64::INFINITY, f64::min)
-        };
+        let nearest =
+            |a: &f64| self.data.x.iter().map(|x| (x - a).abs()).fold(f64::INFINITY, f64::min);
         let distances = points.iter().map(nearest).collect();
         Ok(curve(points, distances))
     }
@@ -42,20 +35,9 @@ mod tests {
 
     #[test]
     fn the_nearest_input_counts() {
-        let data = One(Dataset {
-            x: vec![0.5, -1.0],
-            y: vec![0.0, 0.0],
-        });
-        let at = Box::new(Grid {
-            low: -2.0,
-            high: 1.0,
-            points: 4,
-        });
-        let ctx = Ctx {
-            op: "support_distance",
-            seed: 0,
-            member: None,
-        };
+        let data = One(Dataset { x: vec![0.5, -1.0], y: vec![0.0, 0.0] });
+        let at = Box::new(Grid { low: -2.0, high: 1.0, points: 4 });
+        let ctx = Ctx { op: "support_distance", seed: 0, member: None };
         let distances = SupportDistance { data, at }.run(&ctx).unwrap();
         assert_eq!(distances.values, [1.0, 0.0, 0.5, 0.5]);
     }

@@ -3,6 +3,7 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
+use crate::math::order::max;
 use crate::math::tail::support;
 
 declare! {
@@ -12,9 +13,8 @@ declare! {
 
 impl KnowledgeEquivalent for Bcm {
     fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64 {
-        support(weights)
-            .map(|i| scores[i])
-            .fold(f64::NEG_INFINITY, f64::max)
+        let possible: Vec<f64> = support(weights).map(|i| scores[i]).collect();
+        max(&possible)
     }
 
     fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {

@@ -23,10 +23,6 @@ impl KnowledgeEquivalent for MeanStd {
         let std = weighted_variance(scores, weights).sqrt();
         // Where the models agree the deviation has a kink, and 0 is among its subgradients.
         let slope = if std > 0.0 { self.beta / std } else { 0.0 };
-        scores
-            .iter()
-            .zip(weights)
-            .map(|(s, w)| w * (1.0 + slope * (s - centre)))
-            .collect()
+        scores.iter().zip(weights).map(|(s, w)| w * (1.0 + slope * (s - centre))).collect()
     }
 }

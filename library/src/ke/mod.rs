@@ -75,12 +75,7 @@ mod tests {
 
     /// Five scores and weights, the fourth of weight zero; 50 times.
     fn beliefs() -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> {
-        let mut rng = Ctx {
-            op: "test",
-            seed: 0,
-            member: None,
-        }
-        .rng("beliefs", &[]);
+        let mut rng = Ctx { op: "test", seed: 0, member: None }.rng("beliefs", &[]);
         (0..50).map(move |_| {
             let scores = (0..5).map(|_| rng.random::<f64>() * 4.0 - 2.0).collect();
             let mut weights: Vec<f64> = (0..5).map(|_| rng.random()).collect();
@@ -97,10 +92,7 @@ mod tests {
         let (scores, weights) = ([1.0, 3.0, -1.0, 99.0], [0.5, 0.25, 0.25, 0.0]);
         let check = |ke: &dyn KnowledgeEquivalent, expected: f64| {
             let found = ke.reduce(&scores, &weights);
-            assert!(
-                (found - expected).abs() < 1e-15,
-                "{ke:?}: {found}, not {expected}"
-            );
+            assert!((found - expected).abs() < 1e-15, "{ke:?}: {found}, not {expected}");
         };
         check(&Ma {}, 1.0);
         check(&Mvm { xi: -0.5 }, 0.0);
@@ -122,10 +114,7 @@ mod tests {
                         ke.reduce(&scores, &weights)
                     };
                     let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-                    assert!(
-                        (difference - gradient[i]).abs() < 1e-6,
-                        "{ke:?} at {scores:?}[{i}]"
-                    );
+                    assert!((difference - gradient[i]).abs() < 1e-6, "{ke:?} at {scores:?}[{i}]");
                 }
             });
         }
@@ -137,6 +126,12 @@ mod tests {
             assert_eq!(ke.reduce(&[0.5, 0.5], &[0.5, 0.5]), 0.5, "{ke:?}");
             assert_eq!(ke.reduce(&[0.5, 8.0], &[1.0, 0.0]), 0.5, "{ke:?}");
         });
+    }
+
+    #[test]
+    fn a_model_that_fails_shows_through() {
+        each(|ke| assert!(ke.reduce(&[f64::NAN, 0.5], &[0.5, 0.5]).is_nan(), "{ke:?}"));
+        each(|ke| assert!(ke.reduce(&[0.5, f64::NAN], &[0.5, 0.5]).is_nan(), "{ke:?}"));
     }
 
     #[test]
@@ -154,13 +149,7 @@ mod tests {
         let (scores, weights) = ([9.0, 1.0, 1.0], [0.0, 0.5, 0.5]);
         assert_eq!(Wcm {}.gradient(&scores, &weights), [0.0, 1.0, 0.0]);
         assert_eq!(Bcm {}.gradient(&scores, &weights), [0.0, 1.0, 0.0]);
-        assert_eq!(
-            Cvar { alpha: 0.5 }.gradient(&scores, &weights),
-            [0.0, 1.0, 0.0]
-        );
-        assert_eq!(
-            MeanStd { beta: 1.0 }.gradient(&[1.0, 1.0], &[0.5, 0.5]),
-            [0.5, 0.5]
-        );
+        assert_eq!(Cvar { alpha: 0.5 }.gradient(&scores, &weights), [0.0, 1.0, 0.0]);
+        assert_eq!(MeanStd { beta: 1.0 }.gradient(&[1.0, 1.0], &[0.5, 0.5]), [0.5, 0.5]);
     }
 }

@@ -3,6 +3,7 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
+use crate::math::order::min;
 use crate::math::tail::support;
 
 declare! {
@@ -12,9 +13,8 @@ declare! {
 
 impl KnowledgeEquivalent for Wcm {
     fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64 {
-        support(weights)
-            .map(|i| scores[i])
-            .fold(f64::INFINITY, f64::min)
+        let possible: Vec<f64> = support(weights).map(|i| scores[i]).collect();
+        min(&possible)
     }
 
     fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {

@@ -43,12 +43,7 @@ declare! {
 
 impl Inference for LinearBayes {
     fn infer(&self, data: &Dataset) -> Result<Posterior, OpError> {
-        let regression = regression(
-            data,
-            self.features.degree(),
-            self.prior.as_ref(),
-            self.noise,
-        );
+        let regression = regression(data, self.features.degree(), self.prior.as_ref(), self.noise);
         let belief = linear_gaussian::posterior(&regression);
         Ok(Posterior {
             mean: belief.mean.as_slice().to_vec(),
@@ -109,16 +104,9 @@ declare! {
 impl Op for PredictiveStd {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let points = self.at.points()?;
-        let noise = if self.noise {
-            self.posterior.noise
-        } else {
-            0.0
-        };
+        let noise = if self.noise { self.posterior.noise } else { 0.0 };
         let ignorance = self.posterior.variance_at(&points);
-        let stds = ignorance
-            .iter()
-            .map(|variance| (variance + noise.powi(2)).sqrt())
-            .collect();
+        let stds = ignorance.iter().map(|variance| (variance + noise.powi(2)).sqrt()).collect();
         Ok(curve(points, stds))
     }
 }
@@ -135,9 +123,7 @@ impl Op for PosteriorStd {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let places = 0..self.posterior.mean.len();
         let labels = Labels::Numbers(places.clone().map(real).collect());
-        let stds = places
-            .map(|i| self.posterior.covariance(i, i).sqrt())
-            .collect();
+        let stds = places.map(|i| self.posterior.covariance(i, i).sqrt()).collect();
         Ok(Array::series(Dim::new("coefficient", labels), stds))
     }
 }
@@ -163,105 +149,42 @@ mod tests {
     use crate::env::{Grid, Interval, Sample, Sinusoids};
     use crate::math::moments::mean;
 
-    const CTX: Ctx = Ctx {
-        op: "infer",
-        seed: 0,
-        member: None,
-    };
+    const CTX: Ctx = Ctx { op: "infer", seed: 0, member: None };
 
     fn infer(degree: usize, noise: f64, data: Dataset) -> One<Posterior> {
-        let prior = Box::new(Normal {
-            mean: 0.0,
-            std: 1.0,
-        });
-        let model = Box::new(LinearBayes {
-            features: Box::new(Polynomial { degree }),
-            prior,
-            noise,
-        });
-        One(Infer {
-            model,
-            on: One(data),
-        }
-        .run(&CTX)
-        .unwrap())
+        let prior = Box::new(Normal { mean: 0.0, std: 1.0 });
+        let model =
+            Box::new(LinearBayes { features: Box::new(Polynomial { degree }), prior, noise });
+        One(Infer { model, on: One(data) }.run(&CTX).unwrap())
     }
 
     fn sampled(n: usize, seed: i64) -> Dataset {
-        let from = Box::new(Interval {
-            low: -1.0,
-            high: 1.0,
-        });
-        let sample = Sample {
-            reward: Box::new(Sinusoids {}),
-            n,
-            noise: 0.1,
-            from,
-            stream: "main".into(),
-        };
-        sample
-            .run(&Ctx {
-                op: "sample",
-                seed,
-                member: None,
-            })
-            .unwrap()
+        let from = Box::new(Interval { low: -1.0, high: 1.0 });
+        let sample =
+            Sample { reward: Box::new(Sinusoids {}), n, noise: 0.1, from, stream: "main".into() };
+        sample.run(&Ctx { op: "sample", seed, member: None }).unwrap()
     }
 
     fn stds(posterior: &One<Posterior>, low: f64, high: f64, noise: bool) -> Vec<f64> {
-        let at = Box::new(Grid {
-            low,
-            high,
-            points: 5,
-        });
-        PredictiveStd {
-            posterior: posterior.clone(),
-            at,
-            noise,
-        }
-        .run(&CTX)
-        .unwrap()
-        .values
+        let at = Box::new(Grid { low, high, points: 5 });
+        PredictiveStd { posterior: posterior.clone(), at, noise }.run(&CTX).unwrap().values
     }
 
     #[test]
     fn a_constant_seen_twice() {
         // Prior 1, two data of noise 1: precision 3, mean 2·3/3; predictive variance 1/3 + 1.
-        let posterior = infer(
-            0,
-            1.0,
-            Dataset {
-                x: vec![0.0, 1.0],
-                y: vec![3.0, 3.0],
-            },
-        );
+        let posterior = infer(0, 1.0, Dataset { x: vec![0.0, 1.0], y: vec![3.0, 3.0] });
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-        let at = Box::new(Grid {
-            low: 0.0,
-            high: 1.0,
-            points: 2,
-        });
-        let mean = PredictiveMean {
-            posterior: posterior.clone(),
-            at,
-        }
-        .run(&CTX)
-        .unwrap();
+        let at = Box::new(Grid { low: 0.0, high: 1.0, points: 2 });
+        let mean = PredictiveMean { posterior: posterior.clone(), at }.run(&CTX).unwrap();
         close(mean.values[1], 2.0);
         close(stds(&posterior, 0.0, 1.0, true)[1], (4.0_f64 / 3.0).sqrt());
         close(stds(&posterior, 0.0, 1.0, false)[1], (1.0_f64 / 3.0).sqrt());
-        let std = PosteriorStd {
-            posterior: posterior.clone(),
-        }
-        .run(&CTX)
-        .unwrap();
+        let std = PosteriorStd { posterior: posterior.clone() }.run(&CTX).unwrap();
         close(std.values[0], (1.0_f64 / 3.0).sqrt());
         // y ~ N(0, [[2, 1], [1, 2]]): determinant 3, (3, 3) at squared distance 6.
         let evidence = LogEvidence { posterior }.run(&CTX).unwrap();
-        close(
-            evidence.values[0],
-            -std::f64::consts::TAU.ln() - 0.5 * 3.0_f64.ln() - 3.0,
-        );
+        close(evidence.values[0], -std::f64::consts::TAU.ln() - 0.5 * 3.0_f64.ln() - 3.0);
     }
 
     #[test]

@@ -45,15 +45,8 @@ impl Learner for LinearMle {
 
 impl Learner for LinearMap {
     fn train(&self, data: &Dataset, _: u64, _: &Ctx) -> Result<Model, OpError> {
-        let regression = regression(
-            data,
-            self.features.degree(),
-            self.prior.as_ref(),
-            self.noise,
-        );
-        Ok(Model::Polynomial(
-            posterior(&regression).mean.as_slice().to_vec(),
-        ))
+        let regression = regression(data, self.features.degree(), self.prior.as_ref(), self.noise);
+        Ok(Model::Polynomial(posterior(&regression).mean.as_slice().to_vec()))
     }
 }
 
@@ -83,35 +76,19 @@ mod tests {
     use ivx_op::Op as _;
 
     fn mle(degree: usize) -> LinearMle {
-        LinearMle {
-            features: Box::new(Polynomial { degree }),
-        }
+        LinearMle { features: Box::new(Polynomial { degree }) }
     }
 
     fn map(degree: usize) -> LinearMap {
-        let prior = Box::new(Normal {
-            mean: 0.0,
-            std: 1.0,
-        });
-        LinearMap {
-            features: Box::new(Polynomial { degree }),
-            prior,
-            noise: 0.1,
-        }
+        let prior = Box::new(Normal { mean: 0.0, std: 1.0 });
+        LinearMap { features: Box::new(Polynomial { degree }), prior, noise: 0.1 }
     }
 
-    const CTX: Ctx = Ctx {
-        op: "train",
-        seed: 0,
-        member: None,
-    };
+    const CTX: Ctx = Ctx { op: "train", seed: 0, member: None };
 
     #[test]
     fn a_line_through_two_points() {
-        let data = Dataset {
-            x: vec![0.0, 2.0],
-            y: vec![1.0, 5.0],
-        };
+        let data = Dataset { x: vec![0.0, 2.0], y: vec![1.0, 5.0] };
         let predicted = mle(1).train(&data, 0, &CTX).unwrap().predict(&[3.0]);
         assert!((predicted[0] - 7.0).abs() < 1e-12);
     }
@@ -119,16 +96,8 @@ mod tests {
     #[test]
     fn the_prior_shrinks() {
         // Two equal data of noise 1 against one prior of spread 1: 2·3 / (2 + 1).
-        let data = Dataset {
-            x: vec![0.0, 0.0],
-            y: vec![3.0, 3.0],
-        };
-        let model = LinearMap {
-            noise: 1.0,
-            ..map(0)
-        }
-        .train(&data, 0, &CTX)
-        .unwrap();
+        let data = Dataset { x: vec![0.0, 0.0], y: vec![3.0, 3.0] };
+        let model = LinearMap { noise: 1.0, ..map(0) }.train(&data, 0, &CTX).unwrap();
         assert!((model.predict(&[0.0])[0] - 2.0).abs() < 1e-12);
     }
 
@@ -148,25 +117,10 @@ mod tests {
             mean(&errors.collect::<Vec<_>>()).sqrt()
         };
         let better = (0..50).filter(|&seed| {
-            let from = Box::new(Interval {
-                low: -1.0,
-                high: 1.0,
-            });
+            let from = Box::new(Interval { low: -1.0, high: 1.0 });
             let reward = Box::new(Sinusoids {});
-            let sample = Sample {
-                reward,
-                n: 25,
-                noise: 0.1,
-                from,
-                stream: "main".into(),
-            };
-            let data = sample
-                .run(&Ctx {
-                    op: "sample",
-                    seed,
-                    member: None,
-                })
-                .unwrap();
+            let sample = Sample { reward, n: 25, noise: 0.1, from, stream: "main".into() };
+            let data = sample.run(&Ctx { op: "sample", seed, member: None }).unwrap();
             let (mle, map) = (mle(20).train(&data, 0, &CTX), map(20).train(&data, 0, &CTX));
             rmse(&map.unwrap()) < rmse(&mle.unwrap())
         });

@@ -1,8 +1,10 @@
 //! How models are learned from data.
 
+mod ensemble;
 mod features;
 mod infer;
 mod linear;
+mod map_estimate;
 mod predict;
 mod prior;
 mod train;
@@ -12,13 +14,15 @@ use std::sync::LazyLock;
 
 use ivx_op::{Ctx, OpError, Parts, Registry, family};
 
-use crate::artifact::{Dataset, Model};
+use crate::artifact::{Dataset, Model, NetModel};
 
+pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
 pub use infer::{
     Infer, Inference, LinearBayes, LogEvidence, PosteriorStd, PredictiveMean, PredictiveStd,
 };
 pub use linear::{LinearMap, LinearMle};
+pub use map_estimate::MapEstimate;
 pub use predict::Predict;
 pub use prior::{Normal, Prior};
 pub use train::Train;
@@ -30,6 +34,12 @@ pub trait Learner: Debug + Send + Sync {
     /// # Errors
     /// If the data admit no model; the message says why.
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError>;
+
+    /// A fixed network of the learner's own architecture, drawn from the stream `prior`;
+    /// none where models are not networks.
+    fn prior_network(&self, _ctx: &Ctx) -> Option<NetModel> {
+        None
+    }
 }
 
 family!(dyn Learner, "Learner", learners);
@@ -39,6 +49,8 @@ fn learners() -> &'static Parts<dyn Learner> {
         Parts::<dyn Learner>::new()
             .with(|learner: LinearMle| Box::new(learner))
             .with(|learner: LinearMap| Box::new(learner))
+            .with(|learner: MapEstimate| Box::new(learner))
+            .with(|learner: Ensemble| Box::new(learner))
     });
     &TABLE
 }
@@ -72,58 +84,30 @@ mod tests {
         for arg in &registry.decl(op).unwrap().args {
             let given = args.iter().find(|(name, _)| *name == arg.name);
             if let Some(lit) = given.map(|(_, lit)| lit).or(arg.default.as_ref()) {
-                call.args
-                    .insert(arg.name.to_owned(), registry.complete_lit(lit));
+                call.args.insert(arg.name.to_owned(), registry.complete_lit(lit));
             }
         }
         for (name, bytes) in ports {
             let values = vec![Bytes::clone(bytes)];
-            let one = Gathered {
-                dims: vec![],
-                values,
-                name: String::new(),
-            };
+            let one = Gathered { dims: vec![], values, name: String::new() };
             call.ports.insert((*name).to_owned(), vec![one]);
         }
-        registry
-            .run(
-                op,
-                &call,
-                &Ctx {
-                    op,
-                    seed: 0,
-                    member: None,
-                },
-            )
-            .unwrap()
+        registry.run(op, &call, &Ctx { op, seed: 0, member: None }).unwrap()
     }
 
     #[test]
     fn a_study_runs_by_name_on_defaults() {
         // Within the data: beyond them the highest prediction is an extrapolation.
-        let grid = || {
-            Part::new("grid")
-                .with("low", -0.8)
-                .with("high", 0.8)
-                .with("points", 101)
-        };
+        let grid = || Part::new("grid").with("low", -0.8).with("high", 0.8).with("points", 101);
         let features = Part::new("polynomial").with("degree", 20);
         let curve = || Part::new("sinusoids");
-        let data = run(
-            "sample",
-            &[("reward", curve().into()), ("n", 25.into())],
-            &[],
-        );
+        let data = run("sample", &[("reward", curve().into()), ("n", 25.into())], &[]);
 
         let learner = Part::new("linear_map").with("features", features.clone());
         let model = run("train", &[("learner", learner.into())], &[("on", &data)]);
         let among = [("ke", Part::new("wcm").into()), ("among", grid().into())];
         let decision = run("argmax", &among, &[("model", &model)]);
-        let regret = run(
-            "regret",
-            &[("under", curve().into())],
-            &[("decision", &decision)],
-        );
+        let regret = run("regret", &[("under", curve().into())], &[("decision", &decision)]);
         let regret = Array::decode(&regret).unwrap().values[0];
         assert!((0.0..0.3).contains(&regret), "{regret}");
 

@@ -17,10 +17,7 @@ const N_RESAMPLES: usize = 10_000;
 #[must_use]
 pub fn student_t(xs: &[f64], confidence: f64) -> (f64, f64) {
     assert!(xs.len() > 1, "an interval needs two values");
-    assert!(
-        0.0 < confidence && confidence < 1.0,
-        "a confidence between 0 and 1"
-    );
+    assert!(0.0 < confidence && confidence < 1.0, "a confidence between 0 and 1");
     let t = StudentsT::new(0.0, 1.0, real(xs.len() - 1)).expect("positive degrees of freedom");
     let half = t.inverse_cdf(0.5 + confidence / 2.0) * stderr(xs);
     (mean(xs) - half, mean(xs) + half)
@@ -33,24 +30,12 @@ pub fn student_t(xs: &[f64], confidence: f64) -> (f64, f64) {
 #[must_use]
 pub fn bootstrap(xs: &[f64], confidence: f64, rng: &mut ChaCha8Rng) -> (f64, f64) {
     assert!(!xs.is_empty(), "an interval needs a value");
-    assert!(
-        0.0 < confidence && confidence < 1.0,
-        "a confidence between 0 and 1"
-    );
-    let mut resampled = || {
-        xs.iter()
-            .map(|_| xs[rng.random_range(0..xs.len())])
-            .sum::<f64>()
-    };
-    let means: Vec<f64> = (0..N_RESAMPLES)
-        .map(|_| resampled() / real(xs.len()))
-        .collect();
+    assert!(0.0 < confidence && confidence < 1.0, "a confidence between 0 and 1");
+    let mut resampled = || xs.iter().map(|_| xs[rng.random_range(0..xs.len())]).sum::<f64>();
+    let means: Vec<f64> = (0..N_RESAMPLES).map(|_| resampled() / real(xs.len())).collect();
     let means = sorted(&means);
     let outside = (1.0 - confidence) / 2.0;
-    (
-        quantile_of_sorted(&means, outside),
-        quantile_of_sorted(&means, 1.0 - outside),
-    )
+    (quantile_of_sorted(&means, outside), quantile_of_sorted(&means, 1.0 - outside))
 }
 
 #[cfg(test)]
@@ -70,12 +55,7 @@ mod tests {
     #[test]
     fn equal_values_leave_no_interval() {
         assert_eq!(student_t(&[2.0; 5], 0.95), (2.0, 2.0));
-        let mut rng = Ctx {
-            op: "test",
-            seed: 0,
-            member: None,
-        }
-        .rng("bootstrap", &[]);
+        let mut rng = Ctx { op: "test", seed: 0, member: None }.rng("bootstrap", &[]);
         assert_eq!(bootstrap(&[2.0; 20], 0.95, &mut rng), (2.0, 2.0));
     }
 
@@ -83,16 +63,8 @@ mod tests {
     fn the_bootstrap_nears_the_normal_interval() {
         // 0, …, 99: mean 49.5, population standard deviation 28.87, so 1.96·2.887 = 5.66.
         let xs: Vec<f64> = (0..100).map(real).collect();
-        let mut rng = Ctx {
-            op: "test",
-            seed: 0,
-            member: None,
-        }
-        .rng("bootstrap", &[]);
+        let mut rng = Ctx { op: "test", seed: 0, member: None }.rng("bootstrap", &[]);
         let (low, high) = bootstrap(&xs, 0.95, &mut rng);
-        assert!(
-            (low - 43.84).abs() < 0.2 && (high - 55.16).abs() < 0.2,
-            "{low} {high}"
-        );
+        assert!((low - 43.84).abs() < 0.2 && (high - 55.16).abs() < 0.2, "{low} {high}");
     }
 }

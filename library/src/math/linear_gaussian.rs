@@ -64,40 +64,27 @@ pub fn powers(xs: &[f64], degree: usize) -> DMatrix<f64> {
 /// If `noise` or `prior_std` is not positive.
 #[must_use]
 pub fn posterior(regression: &Regression) -> Belief {
-    let Regression {
-        design,
-        targets,
-        noise,
-        prior_mean,
-        prior_std,
-    } = regression;
-    assert!(
-        *noise > 0.0 && *prior_std > 0.0,
-        "noise and prior must have spread"
-    );
+    let Regression { design, targets, noise, prior_mean, prior_std } = regression;
+    assert!(*noise > 0.0 && *prior_std > 0.0, "noise and prior must have spread");
     let (n, d) = design.shape();
     let stacked = DMatrix::from_fn(n + d, d, |i, j| match i.checked_sub(n) {
         None => design[(i, j)] / noise,
         Some(k) if k == j => 1.0 / prior_std,
         Some(_) => 0.0,
     });
-    let rhs = DVector::from_fn(n + d, |i, _| {
-        if i < n {
-            targets[i] / noise
-        } else {
-            prior_mean / prior_std
-        }
-    });
+    let rhs =
+        DVector::from_fn(
+            n + d,
+            |i, _| {
+                if i < n { targets[i] / noise } else { prior_mean / prior_std }
+            },
+        );
 
     let qr = stacked.clone().qr();
     let r = qr.r();
     let solvable = "`I/s` gives the stack full column rank";
-    let mean = r
-        .solve_upper_triangular(&(qr.q().transpose() * &rhs))
-        .expect(solvable);
-    let root = r
-        .solve_upper_triangular(&DMatrix::identity(d, d))
-        .expect(solvable);
+    let mean = r.solve_upper_triangular(&(qr.q().transpose() * &rhs)).expect(solvable);
+    let root = r.solve_upper_triangular(&DMatrix::identity(d, d)).expect(solvable);
     let log_det: f64 = r.diagonal().iter().map(|x| x.abs().ln()).sum();
     let residual = (rhs - stacked * &mean).norm_squared();
     let log_evidence = -0.5 * real(n) * TAU.ln()
@@ -105,11 +92,7 @@ pub fn posterior(regression: &Regression) -> Belief {
         - real(d) * prior_std.ln()
         - log_det
         - 0.5 * residual;
-    Belief {
-        mean,
-        root,
-        log_evidence,
-    }
+    Belief { mean, root, log_evidence }
 }
 
 /// The parameters of least squared error, of least norm where several have it (Eqn. 2.15).
@@ -137,10 +120,7 @@ pub fn neg_log_likelihood(regression: &Regression, theta: &DVector<f64>) -> f64 
 /// `−log p(θ)`.
 #[must_use]
 pub fn neg_log_prior(regression: &Regression, theta: &DVector<f64>) -> f64 {
-    neg_log_normal(
-        &theta.add_scalar(-regression.prior_mean),
-        regression.prior_std,
-    )
+    neg_log_normal(&theta.add_scalar(-regression.prior_mean), regression.prior_std)
 }
 
 /// The gradient by `θ` of `−log p(y | θ) − log p(θ)` (Eqn. 2.16d):
@@ -188,19 +168,13 @@ mod tests {
         });
         assert!(close(belief.mean[0], 6.25 / 4.25));
         assert!(close(belief.root[(0, 0)].powi(2), 1.0 / 4.25));
-        assert!(close(
-            belief.log_evidence,
-            -0.5 * (TAU * 17.0).ln() - 0.5 / 17.0
-        ));
+        assert!(close(belief.log_evidence, -0.5 * (TAU * 17.0).ln() - 0.5 / 17.0));
     }
 
     #[test]
     fn without_data_the_belief_is_the_prior() {
-        let prior = Regression {
-            design: powers(&[], 2),
-            targets: DVector::zeros(0),
-            ..regression()
-        };
+        let prior =
+            Regression { design: powers(&[], 2), targets: DVector::zeros(0), ..regression() };
         let belief = posterior(&prior);
         assert!(belief.mean.iter().all(|m| close(*m, 0.25)));
         assert!(close((&belief.root * belief.root.transpose())[(1, 1)], 4.0));

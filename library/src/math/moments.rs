@@ -64,10 +64,7 @@ pub fn weighted_mean(xs: &[f64], weights: &[f64]) -> f64 {
 #[must_use]
 pub fn weighted_variance(xs: &[f64], weights: &[f64]) -> f64 {
     let centre = weighted_mean(xs, weights);
-    xs.iter()
-        .zip(weights)
-        .map(|(x, w)| w * (x - centre).powi(2))
-        .sum()
+    xs.iter().zip(weights).map(|(x, w)| w * (x - centre).powi(2)).sum()
 }
 
 #[cfg(test)]
@@ -97,9 +94,6 @@ mod tests {
         // μ = 0.75·0 + 0.25·4 = 1; 0.75·1 + 0.25·9 = 3.
         assert_eq!(weighted_mean(&[0.0, 4.0], &[0.75, 0.25]), 1.0);
         assert_eq!(weighted_variance(&[0.0, 4.0], &[0.75, 0.25]), 3.0);
-        assert_eq!(
-            weighted_variance(&[2.0, 4.0], &uniform(2)),
-            variance(&[2.0, 4.0])
-        );
+        assert_eq!(weighted_variance(&[2.0, 4.0], &uniform(2)), variance(&[2.0, 4.0]));
     }
 }

@@ -1,4 +1,4 @@
-//! What depends on the order of numbers. Numbers are ordered by `total_cmp`.
+//! What depends on the order of numbers. Numbers are sorted by `total_cmp`.
 
 use super::moments::{mean, real};
 
@@ -10,22 +10,18 @@ pub fn sorted(xs: &[f64]) -> Vec<f64> {
     xs
 }
 
-/// The smallest number; infinity of nothing.
+/// The smallest number, NaN if any is; infinity of nothing.
 #[must_use]
 pub fn min(xs: &[f64]) -> f64 {
-    xs.iter()
-        .copied()
-        .min_by(f64::total_cmp)
-        .unwrap_or(f64::INFINITY)
+    let lower = |low: f64, &x: &f64| if x < low || x.is_nan() { x } else { low };
+    xs.iter().fold(f64::INFINITY, lower)
 }
 
-/// The largest number; minus infinity of nothing.
+/// The largest number, NaN if any is; minus infinity of nothing.
 #[must_use]
 pub fn max(xs: &[f64]) -> f64 {
-    xs.iter()
-        .copied()
-        .max_by(f64::total_cmp)
-        .unwrap_or(f64::NEG_INFINITY)
+    let higher = |high: f64, &x: &f64| if x > high || x.is_nan() { x } else { high };
+    xs.iter().fold(f64::NEG_INFINITY, higher)
 }
 
 /// The place of the first of the largest numbers; `None` of nothing.
@@ -34,12 +30,16 @@ pub fn argmax(xs: &[f64]) -> Option<usize> {
     (0..xs.len()).reduce(|best, i| if xs[i] > xs[best] { i } else { best })
 }
 
-/// The quantile at `q`, between neighbours by linear interpolation (type 7 of Hyndman and Fan).
+/// The quantile at `q`, between neighbours by linear interpolation (type 7 of Hyndman and Fan);
+/// NaN if any number is.
 ///
 /// # Panics
 /// If `xs` is empty or `q` is outside `[0, 1]`.
 #[must_use]
 pub fn quantile(xs: &[f64], q: f64) -> f64 {
+    if xs.iter().any(|x| x.is_nan()) {
+        return f64::NAN;
+    }
     quantile_of_sorted(&sorted(xs), q)
 }
 
@@ -54,17 +54,14 @@ pub fn quantile(xs: &[f64], q: f64) -> f64 {
     reason = "a place among `xs`: whole, not negative and below their number"
 )]
 pub fn quantile_of_sorted(xs: &[f64], q: f64) -> f64 {
-    assert!(
-        !xs.is_empty() && (0.0..=1.0).contains(&q),
-        "a quantile of something, in [0, 1]"
-    );
+    assert!(!xs.is_empty() && (0.0..=1.0).contains(&q), "a quantile of something, in [0, 1]");
     let place = real(xs.len() - 1) * q;
     let below = place.floor() as usize;
     let above = place.ceil() as usize;
     xs[below] + (place - place.floor()) * (xs[above] - xs[below])
 }
 
-/// The median.
+/// The median; NaN if any number is.
 ///
 /// # Panics
 /// If `xs` is empty.
@@ -75,9 +72,12 @@ pub fn median(xs: &[f64]) -> f64 {
 
 /// The interquartile mean: without the `⌊n/4⌋` lowest and the `⌊n/4⌋` highest numbers.
 ///
-/// It is `scipy.stats.trim_mean(xs, 0.25)`; NaN of nothing.
+/// It is `scipy.stats.trim_mean(xs, 0.25)`; NaN of nothing, and if any number is.
 #[must_use]
 pub fn iqm(xs: &[f64]) -> f64 {
+    if xs.iter().any(|x| x.is_nan()) {
+        return f64::NAN;
+    }
     let cut = xs.len() / 4;
     mean(&sorted(xs)[cut..xs.len() - cut])
 }
@@ -90,10 +90,15 @@ mod tests {
     fn the_first_of_the_largest_wins() {
         assert_eq!(argmax(&[1.0, 3.0, 3.0, -1.0]), Some(1));
         assert_eq!(argmax(&[]), None);
-        assert_eq!(
-            (min(&[2.0, -1.0, 0.0]), max(&[2.0, -1.0, 0.0])),
-            (-1.0, 2.0)
-        );
+        assert_eq!((min(&[2.0, -1.0, 0.0]), max(&[2.0, -1.0, 0.0])), (-1.0, 2.0));
+    }
+
+    #[test]
+    fn what_is_not_a_number_shows_through() {
+        for xs in [[f64::NAN, 1.0, 2.0, 3.0], [1.0, 2.0, 3.0, f64::NAN]] {
+            let found = [min(&xs), max(&xs), median(&xs), iqm(&xs)];
+            assert!(found.iter().all(|x| x.is_nan()), "{found:?}");
+        }
     }
 
     #[test]

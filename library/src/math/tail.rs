@@ -61,9 +61,6 @@ mod tests {
 
     #[test]
     fn impossible_atoms_weigh_nothing() {
-        assert_eq!(
-            lower_tail(&[-99.0, 1.0, 1.0], &[0.0, 0.5, 0.5], 0.1),
-            [0.0, 1.0, 0.0]
-        );
+        assert_eq!(lower_tail(&[-99.0, 1.0, 1.0], &[0.0, 0.5, 0.5], 0.1), [0.0, 1.0, 0.0]);
     }
 }

@@ -46,10 +46,7 @@ declare! {
 impl Op for Neg {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let values = self.x.values.iter().map(|x| -x).collect();
-        Ok(Array {
-            dims: self.x.dims.clone(),
-            values,
-        })
+        Ok(Array { dims: self.x.dims.clone(), values })
     }
 }
 
@@ -59,38 +56,15 @@ mod tests {
 
     #[test]
     fn each_sign_is_its_own() {
-        let ctx = Ctx {
-            op: "",
-            seed: 0,
-            member: None,
-        };
+        let ctx = Ctx { op: "", seed: 0, member: None };
         let (left, right) = (|| One(Array::scalar(6.0)), || One(Array::scalar(4.0)));
         let results = [
-            Add {
-                left: left(),
-                right: right(),
-            }
-            .run(&ctx),
-            Sub {
-                left: left(),
-                right: right(),
-            }
-            .run(&ctx),
-            Mul {
-                left: left(),
-                right: right(),
-            }
-            .run(&ctx),
-            Div {
-                left: left(),
-                right: right(),
-            }
-            .run(&ctx),
+            Add { left: left(), right: right() }.run(&ctx),
+            Sub { left: left(), right: right() }.run(&ctx),
+            Mul { left: left(), right: right() }.run(&ctx),
+            Div { left: left(), right: right() }.run(&ctx),
             Neg { x: left() }.run(&ctx),
         ];
-        assert_eq!(
-            results.map(|r| r.unwrap().values[0]),
-            [10.0, 2.0, 24.0, 1.5, -6.0]
-        );
+        assert_eq!(results.map(|r| r.unwrap().values[0]), [10.0, 2.0, 24.0, 1.5, -6.0]);
     }
 }

@@ -13,31 +13,18 @@ pub(super) fn broadcast(
     join: impl Fn(f64, f64) -> f64,
 ) -> Result<Array, OpError> {
     for dim in &left.dims {
-        if right
-            .dims
-            .iter()
-            .any(|other| other.name == dim.name && other != dim)
-        {
+        if right.dims.iter().any(|other| other.name == dim.name && other != dim) {
             return Err(OpError::Failed(format!(
                 "the two sides have different labels along `{}`",
                 dim.name
             )));
         }
     }
-    let added = right
-        .dims
-        .iter()
-        .filter(|dim| left.dim(&dim.name).is_none());
+    let added = right.dims.iter().filter(|dim| left.dim(&dim.name).is_none());
     let dims: Vec<Dim> = left.dims.iter().chain(added).cloned().collect();
     let (lefts, rights) = (spread(left, &dims), spread(right, &dims));
-    let values = lefts
-        .iter()
-        .zip(&rights)
-        .map(|(&l, &r)| join(left.values[l], right.values[r]));
-    Ok(Array {
-        values: values.collect(),
-        dims,
-    })
+    let values = lefts.iter().zip(&rights).map(|(&l, &r)| join(left.values[l], right.values[r]));
+    Ok(Array { values: values.collect(), dims })
 }
 
 /// The place in `x.values` of every coordinate of `dims`, last dimension fastest.
@@ -57,10 +44,7 @@ mod tests {
     use super::*;
 
     fn dim(name: &str, labels: &[&str]) -> Dim {
-        Dim::new(
-            name,
-            Labels::Names(labels.iter().map(|&label| label.to_owned()).collect()),
-        )
+        Dim::new(name, Labels::Names(labels.iter().map(|&label| label.to_owned()).collect()))
     }
 
     #[test]
@@ -76,13 +60,7 @@ mod tests {
             values: vec![10.0, 40.0, 20.0, 50.0, 30.0, 60.0],
         };
         let sum = broadcast(&left, &right, |l, r| l + r).unwrap();
-        assert_eq!(
-            sum,
-            Array {
-                values: vec![11.0, 22.0, 33.0, 44.0, 55.0, 66.0],
-                ..left.clone()
-            }
-        );
+        assert_eq!(sum, Array { values: vec![11.0, 22.0, 33.0, 44.0, 55.0, 66.0], ..left.clone() });
 
         let by_ke = Array::series(ke.clone(), vec![100.0, 200.0]);
         let difference = broadcast(&by_ke, &left, |l, r| l - r).unwrap();
@@ -96,21 +74,14 @@ mod tests {
         let columns = Array::series(dim("b", &["u", "v"]), vec![10.0, 20.0]);
         let table = broadcast(&rows, &columns, |l, r| l + r).unwrap();
         assert_eq!(table.values, [11.0, 21.0, 12.0, 22.0]);
-        assert_eq!(
-            broadcast(&Array::scalar(3.0), &rows, |l, r| l * r)
-                .unwrap()
-                .values,
-            [3.0, 6.0]
-        );
+        assert_eq!(broadcast(&Array::scalar(3.0), &rows, |l, r| l * r).unwrap().values, [3.0, 6.0]);
     }
 
     #[test]
     fn unequal_labels_are_refused() {
         let left = Array::series(dim("a", &["x", "y"]), vec![1.0, 2.0]);
         let right = Array::series(dim("a", &["x", "z"]), vec![1.0, 2.0]);
-        let message = broadcast(&left, &right, |l, r| l + r)
-            .unwrap_err()
-            .to_string();
+        let message = broadcast(&left, &right, |l, r| l + r).unwrap_err().to_string();
         assert_eq!(message, "the two sides have different labels along `a`");
     }
 }

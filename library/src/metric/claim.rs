@@ -41,11 +41,7 @@ impl Op for Claim {
         let differences = broadcast(&left, &right, |l, r| l - r)?;
 
         let paired = differences.dim("seed").is_some();
-        let over = if paired {
-            vec!["seed".to_owned()]
-        } else {
-            vec![]
-        };
+        let over = if paired { vec!["seed".to_owned()] } else { vec![] };
         let groups = Groups::of(&differences, &over)?;
         let axes: Vec<&Dim> = groups.kept.iter().map(|&d| &differences.dims[d]).collect();
         let findings = groups.starts.iter().enumerate().map(|(i, &start)| {
@@ -56,18 +52,10 @@ impl Op for Claim {
             } else {
                 let estimate = differences[0];
                 let outcome = relation.judge(estimate, estimate);
-                Finding {
-                    at,
-                    outcome,
-                    estimate,
-                    interval: None,
-                    n: 0,
-                }
+                Finding { at, outcome, estimate, interval: None, n: 0 }
             }
         });
-        Ok(Verdict {
-            findings: findings.collect(),
-        })
+        Ok(Verdict { findings: findings.collect() })
     }
 }
 
@@ -81,18 +69,9 @@ impl Claim {
         ctx: &Ctx,
     ) -> Finding {
         let (n, estimate) = (differences.len(), mean(differences));
-        let finding = |outcome, interval| Finding {
-            at,
-            outcome,
-            estimate,
-            interval,
-            n,
-        };
+        let finding = |outcome, interval| Finding { at, outcome, estimate, interval, n };
         if matches!(relation, Relation::Equal | Relation::Unequal) {
-            let furthest = differences
-                .iter()
-                .copied()
-                .max_by(|a, b| a.abs().total_cmp(&b.abs()));
+            let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let furthest = furthest.expect("a group is not empty");
             return finding(relation.judge(furthest, furthest), None);
         }
@@ -103,12 +82,7 @@ impl Claim {
             student_t(differences, self.confidence)
         } else {
             // One stream for every claim and coordinate: a claim is not stochastic.
-            let mut rng = Ctx {
-                seed: 0,
-                member: None,
-                ..*ctx
-            }
-            .rng("bootstrap", &[]);
+            let mut rng = Ctx { seed: 0, member: None, ..*ctx }.rng("bootstrap", &[]);
             bootstrap(differences, self.confidence, &mut rng)
         };
         finding(relation.judge(low, high), Some((low, high)))
@@ -179,41 +153,22 @@ mod tests {
     use super::super::count_labels;
     use super::*;
 
-    const CTX: Ctx = Ctx {
-        op: "claim",
-        seed: 0,
-        member: None,
-    };
+    const CTX: Ctx = Ctx { op: "claim", seed: 0, member: None };
 
     fn scalar(x: f64) -> Everything<Array> {
-        Everything(Gathered {
-            dims: vec![],
-            values: vec![Array::scalar(x)],
-            name: String::new(),
-        })
+        Everything(Gathered { dims: vec![], values: vec![Array::scalar(x)], name: String::new() })
     }
 
     /// One number a seed.
     fn seeds(xs: &[f64]) -> Everything<Array> {
         let seed = Dim::new("seed", count_labels(xs.len()));
         let values = xs.iter().copied().map(Array::scalar).collect();
-        Everything(Gathered {
-            dims: vec![seed],
-            values,
-            name: String::new(),
-        })
+        Everything(Gathered { dims: vec![seed], values, name: String::new() })
     }
 
     fn claim(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Verdict {
         let relation = relation.to_owned();
-        Claim {
-            left,
-            right,
-            relation,
-            confidence: 0.95,
-        }
-        .run(&CTX)
-        .unwrap()
+        Claim { left, right, relation, confidence: 0.95 }.run(&CTX).unwrap()
     }
 
     fn outcome(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Outcome {
@@ -230,10 +185,7 @@ mod tests {
         assert_eq!(all(3.0, 2.0), [Fails, Fails, Holds, Holds, Fails, Holds]);
         assert_eq!(all(f64::NAN, 2.0), [Undecided; 6]);
         let finding = &claim(scalar(1.0), "<", scalar(3.0)).findings[0];
-        assert_eq!(
-            (finding.estimate, finding.interval, finding.n),
-            (-2.0, None, 0)
-        );
+        assert_eq!((finding.estimate, finding.interval, finding.n), (-2.0, None, 0));
     }
 
     #[test]
@@ -245,16 +197,9 @@ mod tests {
         assert_eq!(verdict.outcome(), Outcome::Holds);
         let finding = &verdict.findings[0];
         assert!((finding.estimate + 1.0).abs() < 1e-12 && finding.n == 5 && finding.at.is_empty());
-        assert!(
-            finding
-                .interval
-                .is_some_and(|(low, high)| low < -1.0 && -1.0 < high)
-        );
+        assert!(finding.interval.is_some_and(|(low, high)| low < -1.0 && -1.0 < high));
         assert_eq!(outcome(seeds(&left), ">", seeds(&right)), Outcome::Fails);
-        assert_eq!(
-            outcome(seeds(&left[..4]), "<", seeds(&right[..4])),
-            Outcome::Undecided
-        );
+        assert_eq!(outcome(seeds(&left[..4]), "<", seeds(&right[..4])), Outcome::Undecided);
         assert_eq!(outcome(seeds(&left), "<", scalar(20.5)), Outcome::Undecided);
     }
 
@@ -275,41 +220,20 @@ mod tests {
         let n = Dim::new("n", Labels::Numbers(vec![5.0, 10.0]));
         let row = |values| Array::series(n.clone(), values);
         let values = vec![row(vec![0.0, 1.0]), row(vec![2.0, 3.0])];
-        let left = Everything(Gathered {
-            dims: vec![ke],
-            values,
-            name: String::new(),
-        });
+        let left = Everything(Gathered { dims: vec![ke], values, name: String::new() });
         let verdict = claim(left, "<", scalar(2.5));
-        let at: Vec<String> = verdict
-            .findings
-            .iter()
-            .map(|f| format!("{:?}", f.at))
-            .collect();
+        let at: Vec<String> = verdict.findings.iter().map(|f| format!("{:?}", f.at)).collect();
         assert_eq!(at[1], r#"[("ke", "WCM"), ("n", "10")]"#);
         assert_eq!(at[2], r#"[("ke", "BCM"), ("n", "5")]"#);
         let outcomes: Vec<Outcome> = verdict.findings.iter().map(|f| f.outcome).collect();
-        assert_eq!(
-            outcomes,
-            [
-                Outcome::Holds,
-                Outcome::Holds,
-                Outcome::Holds,
-                Outcome::Fails
-            ]
-        );
+        assert_eq!(outcomes, [Outcome::Holds, Outcome::Holds, Outcome::Holds, Outcome::Fails]);
         assert_eq!(verdict.outcome(), Outcome::Fails);
     }
 
     #[test]
     fn unknown_relations_are_refused() {
         let (left, right) = (scalar(0.0), scalar(1.0));
-        let claim = Claim {
-            left,
-            right,
-            relation: "~".into(),
-            confidence: 0.95,
-        };
+        let claim = Claim { left, right, relation: "~".into(), confidence: 0.95 };
         assert!(claim.run(&CTX).is_err());
     }
 
@@ -324,14 +248,8 @@ mod tests {
                 n_wrong += i32::from(outcome(seeds(&noise), "<", scalar(0.0)) == Outcome::Holds);
                 n_right += i32::from(outcome(seeds(&noise), "<", scalar(3.0)) == Outcome::Holds);
             }
-            assert!(
-                n_wrong * 100 < n_trials * 6,
-                "{n_wrong} of {n_trials} at n = {n}"
-            );
-            assert!(
-                n_right * 100 > n_trials * 95,
-                "{n_right} of {n_trials} at n = {n}"
-            );
+            assert!(n_wrong * 100 < n_trials * 6, "{n_wrong} of {n_trials} at n = {n}");
+            assert!(n_right * 100 > n_trials * 95, "{n_right} of {n_trials} at n = {n}");
         }
     }
 }

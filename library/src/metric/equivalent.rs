@@ -38,48 +38,17 @@ mod tests {
     #[test]
     fn members_are_reduced_at_each_coordinate() {
         let members = || Members(vec![row(&[1.0, -2.0]), row(&[-1.0, 2.0])]);
-        let ctx = Ctx {
-            op: "equivalent",
-            seed: 0,
-            member: None,
-        };
-        let worst = Equivalent {
-            scores: members(),
-            ke: Box::new(Wcm {}),
-        }
-        .run(&ctx)
-        .unwrap();
-        assert_eq!(
-            worst,
-            Array {
-                values: vec![-1.0, -2.0],
-                ..row(&[1.0, 2.0])
-            }
-        );
-        let mean = Equivalent {
-            scores: members(),
-            ke: Box::new(Ma {}),
-        }
-        .run(&ctx)
-        .unwrap();
+        let ctx = Ctx { op: "equivalent", seed: 0, member: None };
+        let worst = Equivalent { scores: members(), ke: Box::new(Wcm {}) }.run(&ctx).unwrap();
+        assert_eq!(worst, Array { values: vec![-1.0, -2.0], ..row(&[1.0, 2.0]) });
+        let mean = Equivalent { scores: members(), ke: Box::new(Ma {}) }.run(&ctx).unwrap();
         assert_eq!(mean.values, [0.0, 0.0]);
     }
 
     #[test]
     fn members_must_share_their_dimensions() {
         let scores = Members(vec![row(&[1.0]), row(&[1.0, 2.0])]);
-        let ctx = Ctx {
-            op: "equivalent",
-            seed: 0,
-            member: None,
-        };
-        assert!(
-            Equivalent {
-                scores,
-                ke: Box::new(Ma {})
-            }
-            .run(&ctx)
-            .is_err()
-        );
+        let ctx = Ctx { op: "equivalent", seed: 0, member: None };
+        assert!(Equivalent { scores, ke: Box::new(Ma {}) }.run(&ctx).is_err());
     }
 }

@@ -35,9 +35,7 @@ declare! {
 
 impl Op for Hallucination {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        Ok(Array::scalar(
-            self.decision.believed - self.under.mean(self.decision.action),
-        ))
+        Ok(Array::scalar(self.decision.believed - self.under.mean(self.decision.action)))
     }
 }
 
@@ -49,30 +47,12 @@ mod tests {
     #[test]
     fn both_gaps_of_one_decision() {
         // r*(0) = 0.2 and r*(1/2) = 1.05, the better of the two.
-        let decision = Decision {
-            action: 0.0,
-            believed: 1.5,
-            candidates: vec![0.0, 0.5],
-        };
-        let ctx = Ctx {
-            op: "",
-            seed: 0,
-            member: None,
-        };
+        let decision = Decision { action: 0.0, believed: 1.5, candidates: vec![0.0, 0.5] };
+        let ctx = Ctx { op: "", seed: 0, member: None };
         let (decision, under) = (One(decision), || Box::new(Sinusoids {}));
-        let regret = Regret {
-            decision: decision.clone(),
-            under: under(),
-        }
-        .run(&ctx)
-        .unwrap();
+        let regret = Regret { decision: decision.clone(), under: under() }.run(&ctx).unwrap();
         assert!((regret.values[0] - 0.85).abs() < 1e-12);
-        let hallucination = Hallucination {
-            decision,
-            under: under(),
-        }
-        .run(&ctx)
-        .unwrap();
+        let hallucination = Hallucination { decision, under: under() }.run(&ctx).unwrap();
         assert!((hallucination.values[0] - 1.3).abs() < 1e-12);
     }
 }

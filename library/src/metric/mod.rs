@@ -64,11 +64,7 @@ fn count_labels(n: usize) -> Labels {
 /// If the members differ in their dimensions.
 fn over_members(members: &[Array], join: impl Fn(&[f64]) -> f64) -> Result<Array, OpError> {
     let member = Dim::new("#member", count_labels(members.len()));
-    let gathered = Gathered {
-        dims: vec![member],
-        values: members.to_vec(),
-        name: String::new(),
-    };
+    let gathered = Gathered { dims: vec![member], values: members.to_vec(), name: String::new() };
     let stacked = Array::stack(&gathered).map_err(OpError::Failed)?;
     reduce::reduce(&stacked, &["#member".to_owned()], join)
 }

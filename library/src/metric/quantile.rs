@@ -34,20 +34,9 @@ mod tests {
     fn a_quarter_of_the_way() {
         let seed = Dim::new("#0", Labels::Numbers(vec![0.0, 1.0, 2.0]));
         let values = [3.0, 1.0, 2.0].map(Array::scalar).to_vec();
-        let x = Named(Gathered {
-            dims: vec![seed],
-            values,
-            name: String::new(),
-        });
+        let x = Named(Gathered { dims: vec![seed], values, name: String::new() });
         let over = AxisNames(vec!["#0".to_owned()]);
-        let ctx = Ctx {
-            op: "quantile",
-            seed: 0,
-            member: None,
-        };
-        assert_eq!(
-            Quantile { x, q: 0.25, over }.run(&ctx).unwrap(),
-            Array::scalar(1.5)
-        );
+        let ctx = Ctx { op: "quantile", seed: 0, member: None };
+        assert_eq!(Quantile { x, q: 0.25, over }.run(&ctx).unwrap(), Array::scalar(1.5));
     }
 }

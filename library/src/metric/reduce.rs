@@ -53,15 +53,8 @@ pub(super) fn reduce(
     join: impl Fn(&[f64]) -> f64,
 ) -> Result<Array, OpError> {
     let groups = Groups::of(x, over)?;
-    let values = groups
-        .starts
-        .iter()
-        .map(|start| join(&groups.gather(x, *start)))
-        .collect();
-    Ok(Array {
-        dims: groups.kept.iter().map(|&d| x.dims[d].clone()).collect(),
-        values,
-    })
+    let values = groups.starts.iter().map(|start| join(&groups.gather(x, *start))).collect();
+    Ok(Array { dims: groups.kept.iter().map(|&d| x.dims[d].clone()).collect(), values })
 }
 
 /// How the values of an array fall into groups, one for each coordinate that is kept.
@@ -79,11 +72,7 @@ impl Groups {
     pub(super) fn of(x: &Array, over: &[String]) -> Result<Self, OpError> {
         if let Some(name) = over.iter().find(|name| x.dim(name).is_none()) {
             let names: Vec<String> = x.dims.iter().map(|d| format!("`{}`", d.name)).collect();
-            let names = if names.is_empty() {
-                "none".to_owned()
-            } else {
-                names.join(", ")
-            };
+            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
             return Err(OpError::Failed(format!(
                 "there is no dimension `{name}` to reduce over; there are: {names}"
             )));
@@ -92,24 +81,14 @@ impl Groups {
             (0..x.dims.len()).partition(|&d| over.contains(&x.dims[d].name));
         let (starts, offsets) = (places(x, &kept), places(x, &gone));
         if offsets.is_empty() {
-            return Err(OpError::Failed(format!(
-                "there is nothing over `{}`",
-                over.join("`, `")
-            )));
+            return Err(OpError::Failed(format!("there is nothing over `{}`", over.join("`, `"))));
         }
-        Ok(Self {
-            kept,
-            starts,
-            offsets,
-        })
+        Ok(Self { kept, starts, offsets })
     }
 
     /// The values of the group that starts at `start`.
     pub(super) fn gather(&self, x: &Array, start: usize) -> Vec<f64> {
-        self.offsets
-            .iter()
-            .map(|offset| x.values[start + offset])
-            .collect()
+        self.offsets.iter().map(|offset| x.values[start + offset]).collect()
     }
 }
 
@@ -118,11 +97,7 @@ fn places(x: &Array, dims: &[usize]) -> Vec<usize> {
     let strides = x.strides();
     dims.iter().fold(vec![0], |places, &d| {
         let along = |place: usize| (0..x.dims[d].len()).map(move |i| (place, i));
-        places
-            .into_iter()
-            .flat_map(along)
-            .map(|(place, i)| place + i * strides[d])
-            .collect()
+        places.into_iter().flat_map(along).map(|(place, i)| place + i * strides[d]).collect()
     })
 }
 
@@ -132,11 +107,7 @@ mod tests {
 
     use super::*;
 
-    const CTX: Ctx = Ctx {
-        op: "",
-        seed: 0,
-        member: None,
-    };
+    const CTX: Ctx = Ctx { op: "", seed: 0, member: None };
 
     fn dim(name: &str, n: u32) -> Dim {
         Dim::new(name, Labels::Numbers((0..n).map(f64::from).collect()))
@@ -146,11 +117,7 @@ mod tests {
     fn gathered() -> Named<Array> {
         let row = |start: f64| Array::series(dim("x", 2), vec![start, start + 1.0]);
         let values = vec![row(0.0), row(10.0), row(26.0)];
-        Named(Gathered {
-            dims: vec![dim("#0", 3)],
-            values,
-            name: String::new(),
-        })
+        Named(Gathered { dims: vec![dim("#0", 3)], values, name: String::new() })
     }
 
     fn over(names: &[&str]) -> AxisNames {
@@ -159,19 +126,9 @@ mod tests {
 
     #[test]
     fn an_axis_a_dimension_or_both_vanish() {
-        let mean = |names: &[&str]| {
-            Mean {
-                x: gathered(),
-                over: over(names),
-            }
-            .run(&CTX)
-            .unwrap()
-        };
+        let mean = |names: &[&str]| Mean { x: gathered(), over: over(names) }.run(&CTX).unwrap();
         assert_eq!(mean(&["#0"]), Array::series(dim("x", 2), vec![12.0, 13.0]));
-        assert_eq!(
-            mean(&["x"]),
-            Array::series(dim("#0", 3), vec![0.5, 10.5, 26.5])
-        );
+        assert_eq!(mean(&["x"]), Array::series(dim("#0", 3), vec![0.5, 10.5, 26.5]));
         assert_eq!(mean(&["x", "#0"]), Array::scalar(12.5));
         assert_eq!(mean(&[]).values, [0.0, 1.0, 10.0, 11.0, 26.0, 27.0]);
     }
@@ -179,83 +136,25 @@ mod tests {
     #[test]
     fn each_reduction_is_its_own() {
         let (x, over) = (gathered, || over(&["#0"]));
-        assert_eq!(
-            Median {
-                x: x(),
-                over: over()
-            }
-            .run(&CTX)
-            .unwrap()
-            .values,
-            [10.0, 11.0]
-        );
-        assert_eq!(
-            Min {
-                x: x(),
-                over: over()
-            }
-            .run(&CTX)
-            .unwrap()
-            .values,
-            [0.0, 1.0]
-        );
-        assert_eq!(
-            Max {
-                x: x(),
-                over: over()
-            }
-            .run(&CTX)
-            .unwrap()
-            .values,
-            [26.0, 27.0]
-        );
-        assert_eq!(
-            Iqm {
-                x: x(),
-                over: over()
-            }
-            .run(&CTX)
-            .unwrap()
-            .values,
-            [12.0, 13.0]
-        );
+        assert_eq!(Median { x: x(), over: over() }.run(&CTX).unwrap().values, [10.0, 11.0]);
+        assert_eq!(Min { x: x(), over: over() }.run(&CTX).unwrap().values, [0.0, 1.0]);
+        assert_eq!(Max { x: x(), over: over() }.run(&CTX).unwrap().values, [26.0, 27.0]);
+        assert_eq!(Iqm { x: x(), over: over() }.run(&CTX).unwrap().values, [12.0, 13.0]);
         // Deviations −12, −2, 14: squares sum to 344.
-        let std = Std {
-            x: x(),
-            over: over(),
-        }
-        .run(&CTX)
-        .unwrap()
-        .values;
+        let std = Std { x: x(), over: over() }.run(&CTX).unwrap().values;
         assert!((std[0] - (344.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        let stderr = Stderr {
-            x: x(),
-            over: over(),
-        }
-        .run(&CTX)
-        .unwrap()
-        .values;
+        let stderr = Stderr { x: x(), over: over() }.run(&CTX).unwrap().values;
         assert!((stderr[1] - (344.0_f64 / 6.0).sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn what_cannot_be_reduced_is_explained() {
         let message = |x: Named<Array>, names: &[&str]| {
-            Mean {
-                x,
-                over: over(names),
-            }
-            .run(&CTX)
-            .unwrap_err()
-            .to_string()
+            Mean { x, over: over(names) }.run(&CTX).unwrap_err().to_string()
         };
         let unknown = "there is no dimension `y` to reduce over; there are: `#0`, `x`";
         assert_eq!(message(gathered(), &["y"]), unknown);
-        let empty = Gathered {
-            dims: vec![dim("#0", 0)],
-            values: vec![],
-            name: String::new(),
-        };
+        let empty = Gathered { dims: vec![dim("#0", 0)], values: vec![], name: String::new() };
         assert_eq!(message(Named(empty), &["#0"]), "there is nothing over `#0`");
     }
 }

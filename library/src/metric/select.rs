@@ -23,12 +23,11 @@ impl Op for Select {
         let d = self.x.dim(&self.dim).ok_or_else(missing)?;
         let places = self.places(d)?;
 
-        // The values are `outer` blocks of `n` rows of `inner` values.
+        // The values are `outer` blocks of `n` rows of `inner` values; none if another
+        // dimension is empty.
         let (n, inner) = (dims[d].len(), self.x.strides()[d]);
-        let rows = values.chunks(n * inner).flat_map(|block| {
-            places
-                .iter()
-                .flat_map(|&i| block[i * inner..(i + 1) * inner].iter().copied())
+        let rows = values.chunks((n * inner).max(1)).flat_map(|block| {
+            places.iter().flat_map(|&i| block[i * inner..(i + 1) * inner].iter().copied())
         });
         let values = rows.collect();
         let mut dims = dims.clone();
@@ -50,17 +49,11 @@ impl Select {
             let place = known.iter().position(|other| other == label);
             place.ok_or_else(|| {
                 let known = known.join(", ");
-                OpError::Failed(format!(
-                    "`{}` has no label `{label}`; it has: {known}",
-                    self.dim
-                ))
+                OpError::Failed(format!("`{}` has no label `{label}`; it has: {known}", self.dim))
             })
         };
         if self.at.is_empty() {
-            return Err(OpError::Failed(format!(
-                "no label of `{}` is selected",
-                self.dim
-            )));
+            return Err(OpError::Failed(format!("no label of `{}` is selected", self.dim)));
         }
         self.at.iter().map(place).collect()
     }
@@ -76,39 +69,20 @@ mod tests {
     fn select(dim: &str, at: &[&str], keep: bool) -> Result<Array, String> {
         let ke = Dim::new("ke", Labels::Names(vec!["WCM".into(), "MA".into()]));
         let x = Dim::new("x", Labels::Numbers(vec![0.5, 3.0]));
-        let x = One(Array {
-            dims: vec![ke, x],
-            values: vec![1.0, 2.0, 3.0, 4.0],
-        });
+        let x = One(Array { dims: vec![ke, x], values: vec![1.0, 2.0, 3.0, 4.0] });
         let at = at.iter().map(|&label| label.to_owned()).collect();
-        let ctx = Ctx {
-            op: "select",
-            seed: 0,
-            member: None,
-        };
-        let selected = Select {
-            x,
-            dim: dim.to_owned(),
-            at,
-            keep,
-        }
-        .run(&ctx);
+        let ctx = Ctx { op: "select", seed: 0, member: None };
+        let selected = Select { x, dim: dim.to_owned(), at, keep }.run(&ctx);
         selected.map_err(|error| error.to_string())
     }
 
     #[test]
     fn one_label_takes_the_dimension_away() {
         let x = Dim::new("x", Labels::Numbers(vec![0.5, 3.0]));
-        assert_eq!(
-            select("ke", &["MA"], false),
-            Ok(Array::series(x, vec![3.0, 4.0]))
-        );
+        assert_eq!(select("ke", &["MA"], false), Ok(Array::series(x, vec![3.0, 4.0])));
         assert_eq!(select("x", &["3"], false).unwrap().values, [2.0, 4.0]);
         let kept = select("x", &["0.5"], true).unwrap();
-        assert_eq!(
-            (kept.dims.len(), kept.dims[1].len(), kept.values),
-            (2, 1, vec![1.0, 3.0])
-        );
+        assert_eq!((kept.dims.len(), kept.dims[1].len(), kept.values), (2, 1, vec![1.0, 3.0]));
     }
 
     #[test]
@@ -122,13 +96,7 @@ mod tests {
     fn unknown_labels_are_answered_with_the_known() {
         let unknown = select("ke", &["BCM"], false).unwrap_err();
         assert_eq!(unknown, "`ke` has no label `BCM`; it has: WCM, MA");
-        assert_eq!(
-            select("y", &["0"], false).unwrap_err(),
-            "there is no dimension `y`"
-        );
-        assert_eq!(
-            select("x", &[], false).unwrap_err(),
-            "no label of `x` is selected"
-        );
+        assert_eq!(select("y", &["0"], false).unwrap_err(), "there is no dimension `y`");
+        assert_eq!(select("x", &[], false).unwrap_err(), "no label of `x` is selected");
     }
 }

@@ -22,19 +22,11 @@ impl Op for Sort {
         let groups = Groups::of(&x, &self.over.0)?;
         let mut dims: Vec<Dim> = groups.kept.iter().map(|&d| x.dims[d].clone()).collect();
         if dims.iter().any(|dim| dim.name == "rank") {
-            return Err(OpError::Failed(
-                "the value already has a dimension `rank`".to_owned(),
-            ));
+            return Err(OpError::Failed("the value already has a dimension `rank`".to_owned()));
         }
         dims.push(Dim::new("rank", count_labels(groups.offsets.len())));
-        let values = groups
-            .starts
-            .iter()
-            .flat_map(|&start| sorted(&groups.gather(&x, start)));
-        Ok(Array {
-            values: values.collect(),
-            dims,
-        })
+        let values = groups.starts.iter().flat_map(|&start| sorted(&groups.gather(&x, start)));
+        Ok(Array { values: values.collect(), dims })
     }
 }
 
@@ -50,17 +42,9 @@ mod tests {
         let ke = Dim::new("#0", Labels::Names(vec!["WCM".into(), "MA".into()]));
         let rows = [vec![3.0, 1.0, 2.0], vec![0.0, -1.0, 9.0]];
         let values = rows.map(|row| Array::series(member.clone(), row)).to_vec();
-        let x = Named(Gathered {
-            dims: vec![ke.clone()],
-            values,
-            name: String::new(),
-        });
+        let x = Named(Gathered { dims: vec![ke.clone()], values, name: String::new() });
         let over = AxisNames(vec!["member".to_owned()]);
-        let ctx = Ctx {
-            op: "sort",
-            seed: 0,
-            member: None,
-        };
+        let ctx = Ctx { op: "sort", seed: 0, member: None };
         let ranked = Sort { x, over }.run(&ctx).unwrap();
         assert_eq!(ranked.dims, [ke, Dim::new("rank", count_labels(3))]);
         assert_eq!(ranked.values, [1.0, 2.0, 3.0, -1.0, 0.0, 9.0]);

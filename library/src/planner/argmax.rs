@@ -40,9 +40,7 @@ impl Op for Argmax {
 pub fn equivalents(members: &[&[f64]], ke: &dyn KnowledgeEquivalent) -> Vec<f64> {
     let weights = uniform(members.len());
     let column = |i| members.iter().map(|scores| scores[i]).collect::<Vec<f64>>();
-    (0..members[0].len())
-        .map(|i| ke.reduce(&column(i), &weights))
-        .collect()
+    (0..members[0].len()).map(|i| ke.reduce(&column(i), &weights)).collect()
 }
 
 #[cfg(test)]
@@ -54,27 +52,10 @@ mod tests {
 
     /// Over {0, 1, 2}, the lines x and 1 − 2x: 0 1 2 and 1 −1 −3.
     fn decide(ke: Box<dyn KnowledgeEquivalent>) -> (f64, f64) {
-        let lines = vec![
-            Model::Polynomial(vec![0.0, 1.0]),
-            Model::Polynomial(vec![1.0, -2.0]),
-        ];
-        let among = Box::new(Grid {
-            low: 0.0,
-            high: 2.0,
-            points: 3,
-        });
-        let ctx = Ctx {
-            op: "argmax",
-            seed: 0,
-            member: None,
-        };
-        let decision = Argmax {
-            model: Members(lines),
-            ke,
-            among,
-        }
-        .run(&ctx)
-        .unwrap();
+        let lines = vec![Model::Polynomial(vec![0.0, 1.0]), Model::Polynomial(vec![1.0, -2.0])];
+        let among = Box::new(Grid { low: 0.0, high: 2.0, points: 3 });
+        let ctx = Ctx { op: "argmax", seed: 0, member: None };
+        let decision = Argmax { model: Members(lines), ke, among }.run(&ctx).unwrap();
         (decision.action, decision.believed)
     }
 
@@ -88,16 +69,8 @@ mod tests {
     #[test]
     fn one_model_decides_alone() {
         let model = ivx_op::One(Model::Polynomial(vec![1.0, -2.0]));
-        let among = Box::new(Grid {
-            low: 0.0,
-            high: 2.0,
-            points: 3,
-        });
-        let ctx = Ctx {
-            op: "greedy",
-            seed: 0,
-            member: None,
-        };
+        let among = Box::new(Grid { low: 0.0, high: 2.0, points: 3 });
+        let ctx = Ctx { op: "greedy", seed: 0, member: None };
         let decision = Greedy { model, among }.run(&ctx).unwrap();
         assert_eq!((decision.action, decision.believed), (0.0, 1.0));
         assert_eq!(decision.candidates, [0.0, 1.0, 2.0]);

@@ -29,10 +29,7 @@ declare! {
 impl Op for Decide {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let utilities = utilities(self.problem.as_ref(), self.ce.as_ref(), self.ke.as_ref())?;
-        Ok(Array {
-            values: policy(&utilities.values),
-            dims: utilities.dims,
-        })
+        Ok(Array { values: policy(&utilities.values), dims: utilities.dims })
     }
 }
 
@@ -43,10 +40,7 @@ pub fn policy(utilities: &[f64]) -> Vec<f64> {
     let tie = TIE * best.abs().max(1.0);
     let is_best: Vec<bool> = utilities.iter().map(|u| best - u <= tie).collect();
     let n_best = is_best.iter().filter(|best| **best).count();
-    is_best
-        .iter()
-        .map(|best| if *best { 1.0 / real(n_best) } else { 0.0 })
-        .collect()
+    is_best.iter().map(|best| if *best { 1.0 / real(n_best) } else { 0.0 }).collect()
 }
 
 #[cfg(test)]
@@ -58,17 +52,11 @@ mod tests {
 
     fn lottery(outcomes: &[f64]) -> Box<dyn Lottery> {
         let probabilities = crate::math::moments::uniform(outcomes.len());
-        Box::new(Discrete {
-            outcomes: outcomes.to_vec(),
-            probabilities,
-        })
+        Box::new(Discrete { outcomes: outcomes.to_vec(), probabilities })
     }
 
     fn belief(models: Vec<Box<dyn Lottery>>) -> Box<dyn Belief> {
-        Box::new(BeliefOver {
-            models,
-            weights: vec![],
-        })
+        Box::new(BeliefOver { models, weights: vec![] })
     }
 
     /// Figure 2.2c: the left box is risky, the right one unknown.
@@ -76,11 +64,7 @@ mod tests {
         let left = belief(vec![lottery(&[-1.0, 1.0])]);
         let right = belief(vec![lottery(&[-1.0]), lottery(&[0.0]), lottery(&[1.0])]);
         let problem = Box::new(Boxes { left, right });
-        let ctx = Ctx {
-            op: "decide",
-            seed: 0,
-            member: None,
-        };
+        let ctx = Ctx { op: "decide", seed: 0, member: None };
         let policy = Decide { problem, ce, ke }.run(&ctx).unwrap();
         assert_eq!(policy.dims[0].labels.text(1), "RIGHT");
         policy.values

@@ -25,27 +25,16 @@ pub use utility::Utility;
 pub fn choose(candidates: Vec<f64>, scores: &[f64]) -> Result<Decision, OpError> {
     assert_eq!(candidates.len(), scores.len(), "one score a candidate");
     if let Some(i) = scores.iter().position(|score| score.is_nan()) {
-        return Err(OpError::Failed(format!(
-            "the score of {} is not a number",
-            candidates[i]
-        )));
+        return Err(OpError::Failed(format!("the score of {} is not a number", candidates[i])));
     }
     let best = math::order::argmax(scores);
     let best = best.ok_or_else(|| OpError::Failed("there is nothing to choose from".to_owned()))?;
-    Ok(Decision {
-        action: candidates[best],
-        believed: scores[best],
-        candidates,
-    })
+    Ok(Decision { action: candidates[best], believed: scores[best], candidates })
 }
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
-    registry
-        .op::<Utility>()
-        .op::<Decide>()
-        .op::<Greedy>()
-        .op::<Argmax>()
+    registry.op::<Utility>().op::<Decide>().op::<Greedy>().op::<Argmax>()
 }
 
 #[cfg(test)]
@@ -56,9 +45,7 @@ mod tests {
     fn the_first_of_the_best_is_chosen() {
         let decision = choose(vec![-1.0, 0.0, 1.0], &[0.5, 2.0, 2.0]).unwrap();
         assert_eq!((decision.action, decision.believed), (0.0, 2.0));
-        let message = choose(vec![-1.0, 0.0], &[0.5, f64::NAN])
-            .unwrap_err()
-            .to_string();
+        let message = choose(vec![-1.0, 0.0], &[0.5, f64::NAN]).unwrap_err().to_string();
         assert_eq!(message, "the score of 0 is not a number");
         assert!(choose(vec![], &[]).is_err());
     }

@@ -36,10 +36,7 @@ pub(super) fn utilities(
         names.push(name.to_owned());
         values.push(worth(belief, ce, ke)?);
     }
-    Ok(Array::series(
-        Dim::new("action", Labels::Names(names)),
-        values,
-    ))
+    Ok(Array::series(Dim::new("action", Labels::Names(names)), values))
 }
 
 fn worth(

@@ -28,18 +28,13 @@ fn golden_bayes_poly_regression() {
 }
 
 fn rstar(case: &Case, key: &str) -> Option<Value> {
-    let rewards = numbers(&case.inputs["a"])
-        .into_iter()
-        .map(|a| Sinusoids {}.mean(a));
+    let rewards = numbers(&case.inputs["a"]).into_iter().map(|a| Sinusoids {}.mean(a));
     (key == "r").then(|| json!(rewards.collect::<Vec<_>>()))
 }
 
 fn bayes_poly(case: &Case, key: &str) -> Option<Value> {
     let inputs = &case.inputs;
-    let data = Dataset {
-        x: numbers(&inputs["a"]),
-        y: numbers(&inputs["r"]),
-    };
+    let data = Dataset { x: numbers(&inputs["a"]), y: numbers(&inputs["r"]) };
     let half: Vec<usize> = (0..data.x.len() / 2).collect();
     let grid = numbers(&inputs["grid"]);
     let map = map(inputs, &data);
@@ -51,28 +46,17 @@ fn bayes_poly(case: &Case, key: &str) -> Option<Value> {
         "predictive_var_epistemic" => Some(json!(posterior.variance_at(&grid))),
         "predictive_var_total" => {
             let ignorance = posterior.variance_at(&grid).into_iter();
-            Some(json!(
-                ignorance
-                    .map(|v| v + posterior.noise.powi(2))
-                    .collect::<Vec<_>>()
-            ))
+            Some(json!(ignorance.map(|v| v + posterior.noise.powi(2)).collect::<Vec<_>>()))
         }
         "map" => Some(json!(map)),
         "log_evidence" => Some(json!(posterior.log_evidence)),
         "posterior_cov" => {
             let rows = 0..map.len();
-            Some(json!(
-                rows.map(|i| covariance_row(&posterior, i))
-                    .collect::<Vec<_>>()
-            ))
+            Some(json!(rows.map(|i| covariance_row(&posterior, i)).collect::<Vec<_>>()))
         }
         "posterior_cov_diag" => {
             let places = 0..map.len();
-            Some(json!(
-                places
-                    .map(|i| posterior.covariance(i, i))
-                    .collect::<Vec<_>>()
-            ))
+            Some(json!(places.map(|i| posterior.covariance(i, i)).collect::<Vec<_>>()))
         }
         "posterior_cov_first_row" => Some(json!(covariance_row(&posterior, 0))),
         "mle" => Some(json!(mle(inputs, &data))),
@@ -82,14 +66,12 @@ fn bayes_poly(case: &Case, key: &str) -> Option<Value> {
             Some(json!(mean(&errors.collect::<Vec<_>>()).sqrt()))
         }
         "mle_norm_exceeds_map_norm" => Some(json!(norm(&mle(inputs, &data)) > norm(&map))),
-        "neg_log_lik_at_map" => Some(json!(neg_log_likelihood(
-            &regression(inputs, &data),
-            &DVector::from(map)
-        ))),
-        "neg_log_prior_at_map" => Some(json!(neg_log_prior(
-            &regression(inputs, &data),
-            &DVector::from(map)
-        ))),
+        "neg_log_lik_at_map" => {
+            Some(json!(neg_log_likelihood(&regression(inputs, &data), &DVector::from(map))))
+        }
+        "neg_log_prior_at_map" => {
+            Some(json!(neg_log_prior(&regression(inputs, &data), &DVector::from(map))))
+        }
         "grad_neg_log_posterior_at_zero" => {
             let zero = DVector::zeros(map.len());
             let gradient = neg_log_posterior_gradient(&regression(inputs, &data), &zero);
@@ -100,24 +82,13 @@ fn bayes_poly(case: &Case, key: &str) -> Option<Value> {
 }
 
 fn features(inputs: &Value) -> Polynomial {
-    let degree = inputs["degree"]
-        .as_u64()
-        .and_then(|degree| usize::try_from(degree).ok());
-    Polynomial {
-        degree: degree.expect("a degree"),
-    }
+    let degree = inputs["degree"].as_u64().and_then(|degree| usize::try_from(degree).ok());
+    Polynomial { degree: degree.expect("a degree") }
 }
 
 fn prior(inputs: &Value) -> Normal {
-    assert_eq!(
-        text(&inputs["prior"]),
-        "N(0,I)",
-        "the only prior of these cases"
-    );
-    Normal {
-        mean: 0.0,
-        std: 1.0,
-    }
+    assert_eq!(text(&inputs["prior"]), "N(0,I)", "the only prior of these cases");
+    Normal { mean: 0.0, std: 1.0 }
 }
 
 fn noise(inputs: &Value) -> f64 {
@@ -136,31 +107,15 @@ fn infer(inputs: &Value, data: &Dataset) -> Posterior {
 fn map(inputs: &Value, data: &Dataset) -> Vec<f64> {
     let features = Box::new(features(inputs));
     let prior = Box::new(prior(inputs));
-    coefficients(
-        &LinearMap {
-            features,
-            prior,
-            noise: noise(inputs),
-        },
-        data,
-    )
+    coefficients(&LinearMap { features, prior, noise: noise(inputs) }, data)
 }
 
 fn mle(inputs: &Value, data: &Dataset) -> Vec<f64> {
-    coefficients(
-        &LinearMle {
-            features: Box::new(features(inputs)),
-        },
-        data,
-    )
+    coefficients(&LinearMle { features: Box::new(features(inputs)) }, data)
 }
 
 fn coefficients(learner: &dyn Learner, data: &Dataset) -> Vec<f64> {
-    let ctx = Ctx {
-        op: "train",
-        seed: 0,
-        member: None,
-    };
+    let ctx = Ctx { op: "train", seed: 0, member: None };
     match learner.train(data, 0, &ctx) {
         Ok(Model::Polynomial(theta)) => theta,
         other => panic!("expected coefficients, found {other:?}"),
@@ -179,9 +134,7 @@ fn regression(inputs: &Value, data: &Dataset) -> Regression {
 }
 
 fn covariance_row(posterior: &Posterior, i: usize) -> Vec<f64> {
-    (0..posterior.mean.len())
-        .map(|j| posterior.covariance(i, j))
-        .collect()
+    (0..posterior.mean.len()).map(|j| posterior.covariance(i, j)).collect()
 }
 
 fn norm(theta: &[f64]) -> f64 {

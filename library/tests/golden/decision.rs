@@ -13,15 +13,13 @@ use crate::harness::{Case, check, numbers, parameter, rows, text};
 
 #[test]
 fn golden_certainty_knowledge_equivalents() {
-    check("certainty_knowledge_equivalents", |case, path| {
-        match case.kind.as_str() {
-            "ce" => ce(case, path),
-            "ce_table" => ce_table(case, path),
-            "ke" => ke(case, path),
-            "ke_over_ce" => ke_over_ce(case, path),
-            "rip_select" => rip_select(case, path),
-            _ => None,
-        }
+    check("certainty_knowledge_equivalents", |case, path| match case.kind.as_str() {
+        "ce" => ce(case, path),
+        "ce_table" => ce_table(case, path),
+        "ke" => ke(case, path),
+        "ke_over_ce" => ke_over_ce(case, path),
+        "rip_select" => rip_select(case, path),
+        _ => None,
     });
 }
 
@@ -62,10 +60,7 @@ fn ke_named(key: &str) -> Option<Box<dyn KnowledgeEquivalent>> {
 }
 
 fn ce(case: &Case, path: &[&str]) -> Option<Value> {
-    let (xs, ps) = (
-        numbers(&case.inputs["values"]),
-        numbers(&case.inputs["probs"]),
-    );
+    let (xs, ps) = (numbers(&case.inputs["values"]), numbers(&case.inputs["probs"]));
     match path {
         ["var"] => Some(json!(weighted_variance(&xs, &ps))),
         [key] => Some(json!(ce_named(key)?.value(&xs, &ps))),
@@ -77,35 +72,18 @@ fn ce_table(case: &Case, path: &[&str]) -> Option<Value> {
     let ["rows", i, key] = path else { return None };
     let label = text(&case.expected["rows"][i.parse::<usize>().ok()?]["ce"]);
     // Such as `risk_averse_MVU(-0.5)`: an attitude, then a name, then perhaps a parameter.
-    let name = label
-        .rsplit('_')
-        .next()?
-        .to_lowercase()
-        .replace(['(', ')'], " ");
+    let name = label.rsplit('_').next()?.to_lowercase().replace(['(', ')'], " ");
     let ce = ce_named(&name.split_whitespace().collect::<Vec<_>>().join("_"))?;
 
     let belief = |side: &str| {
         let side = &case.inputs[side];
         let (outcomes, probabilities) = (numbers(&side["x"]), numbers(&side["p"]));
-        let models = vec![Box::new(Discrete {
-            outcomes,
-            probabilities,
-        }) as _];
-        Box::new(BeliefOver {
-            models,
-            weights: vec![],
-        })
+        let models = vec![Box::new(Discrete { outcomes, probabilities }) as _];
+        Box::new(BeliefOver { models, weights: vec![] })
     };
-    let problem = Box::new(Boxes {
-        left: belief("left"),
-        right: belief("right"),
-    });
+    let problem = Box::new(Boxes { left: belief("left"), right: belief("right") });
     let ke = Box::new(Ma {});
-    let ctx = Ctx {
-        op: "",
-        seed: 0,
-        member: None,
-    };
+    let ctx = Ctx { op: "", seed: 0, member: None };
     let place = usize::from(key.ends_with("right"));
     match *key {
         "ce" => Some(json!(label)),
@@ -129,16 +107,12 @@ fn ke(case: &Case, path: &[&str]) -> Option<Value> {
     };
     let column = |a: usize| scores.iter().map(|row| row[a]).collect::<Vec<f64>>();
     let each = |f: &dyn Fn(&[f64]) -> f64| {
-        (0..scores[0].len())
-            .map(|a| f(&column(a)))
-            .collect::<Vec<f64>>()
+        (0..scores[0].len()).map(|a| f(&column(a))).collect::<Vec<f64>>()
     };
     let reduced = |ke: &dyn KnowledgeEquivalent| each(&|scores| ke.reduce(scores, &weights));
     match path {
         ["var_pop"] => Some(json!(each(&|scores| weighted_variance(scores, &weights)))),
-        ["std_pop"] => Some(json!(each(
-            &|scores| weighted_variance(scores, &weights).sqrt()
-        ))),
+        ["std_pop"] => Some(json!(each(&|scores| weighted_variance(scores, &weights).sqrt()))),
         ["var_sample"] => Some(json!(each(&sample_variance))),
         ["argmax", key] => Some(json!(argmax(&reduced(ke_named(key)?.as_ref())))),
         ["grad_wrt_scores_of_action0", key] => {
@@ -152,38 +126,20 @@ fn ke(case: &Case, path: &[&str]) -> Option<Value> {
 fn ke_over_ce(case: &Case, path: &[&str]) -> Option<Value> {
     let [ce, key] = path else { return None };
     let ce = ce_named(ce)?;
-    let (values, probs) = (
-        rows(&case.inputs["values_KxN"]),
-        rows(&case.inputs["probs_KxN"]),
-    );
+    let (values, probs) = (rows(&case.inputs["values_KxN"]), rows(&case.inputs["probs_KxN"]));
     let weights = numbers(&case.inputs["posterior_weights"]);
     if *key == "per_model" {
         let per_model = values.iter().zip(&probs).map(|(xs, ps)| ce.value(xs, ps));
         return Some(json!(per_model.collect::<Vec<_>>()));
     }
     let lottery = |(xs, ps): (&Vec<f64>, &Vec<f64>)| {
-        Box::new(Discrete {
-            outcomes: xs.clone(),
-            probabilities: ps.clone(),
-        }) as _
+        Box::new(Discrete { outcomes: xs.clone(), probabilities: ps.clone() }) as _
     };
     let models = || values.iter().zip(&probs).map(lottery).collect();
-    let belief = || {
-        Box::new(BeliefOver {
-            models: models(),
-            weights: weights.clone(),
-        })
-    };
-    let problem = Box::new(Boxes {
-        left: belief(),
-        right: belief(),
-    });
+    let belief = || Box::new(BeliefOver { models: models(), weights: weights.clone() });
+    let problem = Box::new(Boxes { left: belief(), right: belief() });
     let ke = ke_named(key)?;
-    let ctx = Ctx {
-        op: "utility",
-        seed: 0,
-        member: None,
-    };
+    let ctx = Ctx { op: "utility", seed: 0, member: None };
     Some(json!(Utility { problem, ce, ke }.run(&ctx).ok()?.values[0]))
 }
 
@@ -191,17 +147,13 @@ fn ke_over_ce(case: &Case, path: &[&str]) -> Option<Value> {
 fn rip_select(case: &Case, path: &[&str]) -> Option<Value> {
     let [key] = path else { return None };
     let scores = rows(&case.inputs["scores_models_x_plans"]);
-    let logs: Vec<Vec<f64>> = scores
-        .iter()
-        .map(|row| row.iter().map(|x| x.ln()).collect())
-        .collect();
+    let logs: Vec<Vec<f64>> =
+        scores.iter().map(|row| row.iter().map(|x| x.ln()).collect()).collect();
     let under = |scores: &[Vec<f64>], ke: &dyn KnowledgeEquivalent| {
         equivalents(&scores.iter().map(Vec::as_slice).collect::<Vec<_>>(), ke)
     };
     match *key {
-        "per_model_argmax" => Some(json!(
-            scores.iter().map(|row| argmax(row)).collect::<Vec<_>>()
-        )),
+        "per_model_argmax" => Some(json!(scores.iter().map(|row| argmax(row)).collect::<Vec<_>>())),
         "wcm_scores" => Some(json!(under(&scores, &Wcm {}))),
         "rip_wcm" => Some(json!(argmax(&under(&scores, &Wcm {})))),
         "rip_bcm" => Some(json!(argmax(&under(&scores, &Bcm {})))),

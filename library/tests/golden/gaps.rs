@@ -50,16 +50,9 @@ fn ke_named(key: &str) -> Option<Box<dyn KnowledgeEquivalent>> {
 }
 
 fn gap_of(decision: Decision, gap: &str) -> Option<Value> {
-    let ctx = Ctx {
-        op: "",
-        seed: 0,
-        member: None,
-    };
+    let ctx = Ctx { op: "", seed: 0, member: None };
     let under = Box::new(Sinusoids {});
-    let index = decision
-        .candidates
-        .iter()
-        .position(|a| *a == decision.action);
+    let index = decision.candidates.iter().position(|a| *a == decision.action);
     let decision = One(decision);
     let gap = match gap {
         "index" => return Some(json!(index)),

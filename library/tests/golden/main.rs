@@ -4,3 +4,4 @@ mod bayes;
 mod decision;
 mod gaps;
 mod harness;
+mod optim;

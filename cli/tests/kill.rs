@@ -1,0 +1,92 @@
+//! A run that is killed loses nothing that it had done.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SPEC: &str = r#"edition "2026"
+
+experiment killed {
+    axis seed = 0..4
+    let data = sample(sinusoids(), n: 10)
+    let model = train(ensemble(map_estimate(net: mlp(hidden: [48, 48])), members: 8), on: data, steps: 400)
+    measure spread = mean(std(predict(model, at: grid(-1.0, 1.0, points: 11)), over: member), over: x)
+}
+"#;
+
+fn ivx(folder: &Path, command: &str) -> Command {
+    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
+    ivx.args([command, "killed.ivx"]).current_dir(folder).env_remove("IVX_CACHE");
+    ivx
+}
+
+fn said(folder: &Path, command: &str) -> String {
+    let output = ivx(folder, command).output().expect("the command runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("the command speaks UTF-8")
+}
+
+/// The number before `word`, as in `12 hit`.
+fn number(text: &str, word: &str) -> usize {
+    let words: Vec<&str> = text.split([' ', '\n', ',']).filter(|word| !word.is_empty()).collect();
+    let place = words.windows(2).rposition(|pair| pair[1] == word).expect("the word is there");
+    words[place].parse().expect("a number stands before it")
+}
+
+fn project() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("temporary folders can be made");
+    std::fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
+    std::fs::write(folder.path().join("killed.ivx"), SPEC).expect("files can be written");
+    folder
+}
+
+#[test]
+fn completed_nodes_are_not_run_again_and_the_results_are_the_same() {
+    let whole = project();
+    said(whole.path(), "exec");
+    let expected = std::fs::read(whole.path().join("results/killed/results.ron")).expect("results are written");
+
+    let killed = project();
+    let mut known = 0;
+    for _ in 0..4 {
+        let mut run = ivx(killed.path(), "exec");
+        let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the command starts");
+        let began = Instant::now();
+        // Until a few more nodes are done; a machine too fast for that finishes the run instead.
+        while child.try_wait().expect("the child can be asked").is_none() && began.elapsed() < Duration::from_secs(20) {
+            if number(&said(killed.path(), "plan"), "hit") >= known + 4 {
+                break;
+            }
+        }
+        child.kill().expect("the child can be killed");
+        child.wait().expect("the child ends");
+        known = number(&said(killed.path(), "plan"), "hit");
+    }
+    assert!(known > 0, "something was done before the last kill");
+
+    let last = said(killed.path(), "exec");
+    let nodes = number(&last.replace("of ", ""), "nodes");
+    assert!(last.contains(&format!("{} of {nodes} nodes executed", nodes - known)), "{known} were known: {last}");
+    let results = std::fs::read(killed.path().join("results/killed/results.ron")).expect("results are written");
+    assert!(results == expected, "an interrupted run finds the same");
+}
+
+#[test]
+fn two_runs_at_once_do_no_node_twice() {
+    let project = project();
+    let children: Vec<_> = (0..3)
+        .map(|_| ivx(project.path(), "exec").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("starts"))
+        .collect();
+    let mut executed = 0;
+    let mut nodes = 0;
+    for child in children {
+        let output = child.wait_with_output().expect("the child ends");
+        assert!(output.status.success());
+        let text = String::from_utf8(output.stdout).expect("the command speaks UTF-8");
+        let line = text.lines().find(|line| line.contains("nodes executed")).expect("exec says what it executed");
+        let mut words = line.split(' ');
+        executed += words.next().and_then(|n| n.parse::<usize>().ok()).expect("a number");
+        nodes = words.nth(1).and_then(|n| n.parse().ok()).expect("a number");
+    }
+    assert_eq!(executed, nodes, "three processes share the work");
+}

@@ -1,0 +1,7 @@
+//! Tests that cross the boundaries of ivx's crates.
+
+mod cases;
+mod experiments;
+mod project;
+mod reruns;
+mod tidy;
