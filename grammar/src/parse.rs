@@ -20,7 +20,7 @@ struct Ivx;
 const EDITION: &str = "2026";
 
 /// The longest item, in bytes: pest keeps some hundred bytes for each.
-const LONGEST: usize = 1 << 20;
+const LONGEST: usize = 1 << 18;
 
 /// After so many faults the rest of a file is not read.
 const MOST_FAULTS: usize = 100;
@@ -131,7 +131,8 @@ impl Reader<'_> {
                 }
             }
             items.extend(item);
-            if self.diagnostics.len() > faults && self.diagnostics.len() >= MOST_FAULTS {
+            let more = self.diagnostics.len() > faults && self.pos < self.text.len();
+            if more && self.diagnostics.len() >= MOST_FAULTS {
                 self.give_up();
             }
         }
@@ -174,7 +175,7 @@ impl Reader<'_> {
         let parsed = Ivx::parse(Rule::whole, slice).map(only);
         let reached = parsed.as_ref().map_or_else(fault::place, build::end);
         if start + slice.len() < self.text.len() && reached == slice.len() {
-            let message = format!("this `{word}` is longer than 1 MiB");
+            let message = format!("this `{word}` is longer than 256 KiB");
             let fault = Fault::plain(self.text, start, message);
             return Some(self.junk(start, block.is_some(), &fault));
         }
@@ -218,8 +219,9 @@ impl Reader<'_> {
     ) -> Option<Item> {
         let (start, inside) = (self.pos, block.is_some());
         let fault = Fault::of(self.text, start, word, error);
+        let good = &self.text[start..fault.place];
         // The item may be whole, and what stands behind it wrong.
-        if let Ok(pairs) = Ivx::parse(Rule::alone, slice) {
+        if let Ok(pairs) = Ivx::parse(Rule::alone, good) {
             let pair = only(pairs);
             let gap = scan::gap(self.text, start + build::end(&pair));
             if gap.next > start + slice.len() {
@@ -239,7 +241,7 @@ impl Reader<'_> {
             self.edition = Edition::Broken;
         }
         let mut item = self.junk(start, inside, &fault);
-        if let Ok(pairs) = Ivx::parse(Rule::begun, slice) {
+        if let Ok(pairs) = Ivx::parse(Rule::begun, good) {
             let mut build = Build::new(self.file, start, &mut self.diagnostics);
             item.kind = build.begun(only(pairs), item.span);
         }
@@ -249,14 +251,12 @@ impl Reader<'_> {
     /// The experiment that begins here, with its items.
     fn experiment(&mut self, outer: Option<Block>) -> Item {
         let start = self.pos;
-        let line = self.text[start..].lines().next().unwrap_or_default();
-        let brace = line.find('{').map(|brace| start + brace);
         if let Some(outer) = outer {
             let fault = Fault::plain(self.text, start, "an experiment stands inside another");
             let begin = self.span(outer.start, outer.open);
             let fault = fault.diagnostic(self.text, self.file).also(begin, "the other begins here");
             self.diagnostics.push(fault);
-            self.pos = match brace {
+            self.pos = match self.brace() {
                 Some(brace) => scan::block_end(self.text, brace),
                 None => scan::stretch_end(self.text, start, true),
             };
@@ -272,7 +272,7 @@ impl Reader<'_> {
             }
             Err(error) => {
                 let fault = Fault::of(self.text, start, "experiment", &error);
-                let Some(brace) = brace else {
+                let Some(brace) = self.brace() else {
                     return self.junk(start, false, &fault);
                 };
                 self.diagnostics.push(fault.diagnostic(self.text, self.file));
@@ -287,6 +287,12 @@ impl Reader<'_> {
         };
         let kind = ItemKind::Experiment { name, items };
         Item { docs: String::new(), kind, span: self.span(start, self.pos) }
+    }
+
+    /// The first `{` on this line.
+    fn brace(&self) -> Option<usize> {
+        let line = self.text[self.pos..].lines().next()?;
+        Some(self.pos + line.find('{')?)
     }
 
     /// Reports `fault` and passes over the stretch that begins at `start`.

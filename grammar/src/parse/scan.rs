@@ -191,10 +191,9 @@ pub(super) fn stretch_end(text: &str, start: usize, inside: bool) -> usize {
     count(&text[start..end], &mut braces, &mut others);
     for token in tokens(text, end) {
         let after = token.start + token.text.len();
-        if token.first && ITEM_WORDS.contains(&token.text) {
-            if braces + others == 0 || names_something(text, after) {
-                break;
-            }
+        let begins_item = token.first && ITEM_WORDS.contains(&token.text);
+        if begins_item && (braces + others == 0 || names_something(text, after)) {
+            break;
         }
         if inside && braces == 0 && token.text == "}" {
             break;

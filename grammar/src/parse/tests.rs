@@ -1,6 +1,9 @@
-use super::*;
-use crate::ast::{AxisExpr, Expr, ExprKind, TyExpr};
-use rand::{RngExt as _, SeedableRng as _};
+//! Small cases.
+
+mod dump;
+mod total;
+
+use super::parse;
 
 #[test]
 fn items() {
@@ -212,6 +215,10 @@ fn broken_items() {
             r#"IVX0101 1:9 expected a string, found `a`; the path stands in quotes: `"file.ivx"`"#,
         ],
     );
+}
+
+#[test]
+fn words_out_of_place() {
     check(
         "lett a = 1",
         &["(junk)", "IVX0101 1:1 expected an item, found `lett`; did you mean `let`?"],
@@ -481,239 +488,6 @@ fn experiments() {
     );
 }
 
-#[test]
-fn limits() {
-    let chain = |n: usize| format!("edition \"2026\" let a = {}b", "b + ".repeat(n));
-    assert_eq!(parse(&chain(900), 0).1, []);
-    let too_deep = "IVX0101 1:9 an expression is deeper than 1000 operators and brackets; \
-                    give its parts names with `let`";
-    let deep = |text: &str| check(&format!("let a = {text}"), &["(let a junk)", too_deep]);
-    deep(&format!("b{}", " + b".repeat(100_000)));
-    deep(&format!("{}b", "-".repeat(100_000)));
-    deep(&format!("b{}", ".c".repeat(100_000)));
-    deep(&format!("b{}", "[c: 1]".repeat(100_000)));
-
-    let nested = |n: usize, open: &str, close: &str| {
-        format!("edition \"2026\" let a = {}b{}", open.repeat(n), close.repeat(n))
-    };
-    assert_eq!(parse(&nested(256, "(", ")"), 0).1, []);
-    assert_eq!(parse(&nested(128, "f(x: -[", "])"), 0).1, []);
-    let nesting = |text: &str| {
-        let (ast, diagnostics) = parse(text, 0);
-        assert_eq!(ast, Ast::default());
-        let codes: Vec<_> = diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
-        assert_eq!(codes, [Code::Nesting]);
-    };
-    nesting(&nested(257, "(", ")"));
-    nesting(&"[".repeat(10_000_000));
-    nesting(&"f([{".repeat(100));
-    nesting(&format!("param a: {}", "List<".repeat(100_000)));
-    nesting(&format!("param a: {}", "Map<A, ".repeat(100_000)));
-    let quoted = format!("edition \"2026\" let a = \"{0}\" // {0}", "(".repeat(257));
-    assert_eq!(parse(&quoted, 0).1, []);
-}
-
-#[test]
-fn large_files_end_quickly() {
-    let large = |text: &str| format!("edition \"2026\"\n{}", text.repeat(10_000_000 / text.len()));
-    let faults = |text: &str| {
-        let t = std::time::Instant::now();
-        let n = parse(&large(text), 0).1.len();
-        eprintln!("{text:?} {n} {:?}", t.elapsed());
-        n
-    };
-    assert_eq!(faults(" "), 0);
-    assert_eq!(faults("\n"), 0);
-    assert_eq!(faults("/// doc\n"), 1);
-    assert_eq!(faults("let a = f(x, y: [1, 2])\n"), 0);
-    assert_eq!(faults("let a = 1 "), 0);
-    assert_eq!(faults("experiment a { let b = 1 } "), 0);
-    assert_eq!(faults("junk "), 1);
-    assert_eq!(faults("é"), 1);
-    assert_eq!(faults("\""), 1);
-    assert_eq!(faults(")"), 1);
-    assert_eq!(faults("let "), 1);
-    assert_eq!(faults("let\n"), MOST_FAULTS + 1);
-    assert_eq!(faults("experiment a { let } "), MOST_FAULTS + 1);
-    assert_eq!(faults("experiment a {}}"), 1);
-    let one_item = format!("edition \"2026\" let a = [{}]", "1, ".repeat(3_000_000));
-    let (ast, diagnostics) = parse(&one_item, 0);
-    assert_eq!(ast.items[0].kind, ItemKind::Junk);
-    assert_eq!(diagnostics[0].message, "this `let` is longer than 1 MiB");
-}
-
-#[test]
-fn spans_are_of_what_was_written() {
-    let text = "\u{feff}edition \"2026\"\r\nlet é = 1\r\nlet a = f(\"é\", b) // é\r\nlet c = (x + 1) * -2 ";
-    let (ast, diagnostics) = parse(text, 3);
-    let written = |span: Span| &text[span.start as usize..span.end as usize];
-    let items: Vec<_> = ast.items.iter().map(|item| written(item.span)).collect();
-    assert_eq!(items, ["let é = 1", "let a = f(\"é\", b)", "let c = (x + 1) * -2"]);
-    assert_eq!(written(ast.edition.unwrap().span), "\"2026\"");
-    assert_eq!(written(diagnostics[0].labels[0].span), "é");
-    let ItemKind::Let { value: Expr { kind: ExprKind::Call { name, args }, span }, .. } =
-        &ast.items[1].kind
-    else {
-        panic!("a call was written");
-    };
-    let call = [name.span, args[0].1.span, args[1].1.span, *span].map(written);
-    assert_eq!(call, ["f", "\"é\"", "b", "f(\"é\", b)"]);
-    let ItemKind::Let { value: Expr { kind: ExprKind::Binary { op, left, right }, span }, .. } =
-        &ast.items[2].kind
-    else {
-        panic!("a product was written");
-    };
-    let product = [op.span, left.span, right.span, *span].map(written);
-    assert_eq!(product, ["*", "(x + 1)", "-2", "(x + 1) * -2"]);
-}
-
-#[test]
-fn any_text_gives_a_tree_with_spans_inside_it() {
-    let words = [
-        "edition",
-        "\"2026\"",
-        "use",
-        "include",
-        "param",
-        "profile",
-        "axis",
-        "let",
-        "experiment",
-        "measure",
-        "figure",
-        "table",
-        "claim",
-        "published",
-        "match",
-        "true",
-        "as",
-        "a",
-        "b",
-        "Int",
-        "List",
-        "<",
-        ">",
-        "<=",
-        "==",
-        "=",
-        "=",
-        ":",
-        ",",
-        ".",
-        "..",
-        "(",
-        ")",
-        "[",
-        "]",
-        "{",
-        "}",
-        "{",
-        "}",
-        "+",
-        "-",
-        "*",
-        "/",
-        "1",
-        "2.5",
-        "1e9",
-        "99999999999999999999",
-        "\"s\"",
-        "\"\\q\"",
-        "\"",
-        "\\",
-        "\n",
-        "\n",
-        "// c\n",
-        "/// d\n",
-        "/// d\n",
-        "é",
-        "\u{feff}",
-        "\0",
-        ";",
-        "!",
-    ];
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
-    for _ in 0..20_000 {
-        let blank = if rng.random() { " " } else { "" };
-        let soup: Vec<&str> =
-            (0..rng.random_range(0..60)).map(|_| words[rng.random_range(0..words.len())]).collect();
-        inside(&format!(
-            "{}{}",
-            if rng.random() { "edition \"2026\"\n" } else { "" },
-            soup.join(blank)
-        ));
-        let bytes: Vec<u8> = (0..rng.random_range(0..60)).map(|_| rng.random()).collect();
-        inside(&String::from_utf8_lossy(&bytes));
-        // A good text with a stretch cut out or doubled.
-        let [mut from, mut to] =
-            [0; 2].map(|_| floor(EXAMPLE, rng.random_range(0..EXAMPLE.len())).len());
-        if rng.random() {
-            to = floor(EXAMPLE, from + 10).len();
-        } else if rng.random() {
-            (from, to) = (to, from);
-        }
-        inside(&format!("{}{}", &EXAMPLE[..from], &EXAMPLE[to..]));
-    }
-}
-
-/// Checks that diagnostics are in order and that each span of file 7 is a stretch of the text.
-fn inside(text: &str) {
-    let (ast, diagnostics) = parse(text, 7);
-    assert!(diagnostics.is_sorted_by_key(|diagnostic| diagnostic.labels[0].span.start), "{text:?}");
-    let shown = format!("{ast:?} {diagnostics:?}");
-    for span in shown.split("Span { file: 7, start: ").skip(1) {
-        let (start, rest) = span.split_once(", end: ").unwrap();
-        let (end, _) = rest.split_once(' ').unwrap();
-        let (start, end) = (start.parse().unwrap(), end.parse().unwrap());
-        assert!(text.get(start..end).is_some(), "{start}..{end} in {text:?}");
-    }
-}
-
-#[test]
-fn the_example_parses() {
-    let (ast, diagnostics) = parse(EXAMPLE, 0);
-    assert_eq!(diagnostics, []);
-    let ItemKind::Experiment { items, .. } = &ast.items[1].kind else {
-        panic!("an experiment was written");
-    };
-    assert_eq!(items.len(), 13);
-    assert_eq!(ast.items[1].docs, "Thesis Example 2.8: what optimising a learned reward costs.");
-    assert_eq!(items[0].docs, "ensemble size K");
-}
-
-const EXAMPLE: &str = r#"edition "2026"
-use "problems.ivx" { reward_curve }
-
-/// Thesis Example 2.8: what optimising a learned reward costs.
-experiment overoptimisation {
-    param members: Int = 32                 /// ensemble size K
-    param steps: Int = 10_000
-    param seeds: Int = 20
-    profile quick { members = 8, steps = 500, seeds = 5 }
-
-    axis seed = 0..seeds
-    axis ke   = { "WCM": wcm(), "MA": ma(), "BCM": bcm() }
-
-    let data  = sample(reward_curve, n: 25, noise: 0.1)
-    let model = train(
-        ensemble(
-            map_estimate(net: mlp(hidden: [1024, 1024], activation: tanh()),
-                         prior: normal(0.0, 1.0),
-                         optimiser: adamw(lr: linear(4e-4, 0.0))),
-            members: members, bootstrap: true, prior_network: true),
-        on: data, steps: steps)
-
-    let decision = argmax(model, ke: ke, among: grid(-2.0, 2.0, points: 1001))
-
-    measure optimality_gap = regret(decision, under: reward_curve)
-    measure hallucination_gap = hallucination(decision, under: reward_curve)
-
-    figure "2.10a" = bars(optimality_gap, by: ke)
-    claim "hallucination is least under pessimism" :
-        hallucination_gap[ke: "WCM"] < hallucination_gap[ke: "BCM"]
-}
-"#;
-
 /// Checks a text behind an edition, which is line 0.
 #[track_caller]
 fn check(text: &str, expected: &[&str]) {
@@ -739,7 +513,7 @@ fn expression(text: &str, expected: &[&str]) {
 /// - `line`: the number of the first line.
 fn outcome(text: &str, line: usize) -> Vec<String> {
     let (ast, diagnostics) = parse(text, 7);
-    let mut lines: Vec<String> = ast.items.iter().map(item).collect();
+    let mut lines: Vec<String> = ast.items.iter().map(dump::item).collect();
     for diagnostic in diagnostics {
         let start = diagnostic.labels[0].span.start as usize;
         let before = &text[..start];
@@ -747,107 +521,12 @@ fn outcome(text: &str, line: usize) -> Vec<String> {
         let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
         let mut shown = format!("{} {line}:{column} {}", diagnostic.code, diagnostic.message);
         for label in &diagnostic.labels[1..] {
-            shown += &format!("; {}", label.text);
+            shown = format!("{shown}; {}", label.text);
         }
         if let Some(help) = diagnostic.help {
-            shown += &format!("; {help}");
+            shown = format!("{shown}; {help}");
         }
         lines.push(shown);
     }
     lines
-}
-
-fn item(item: &Item) -> String {
-    let docs = if item.docs.is_empty() { String::new() } else { format!("{:?} ", item.docs) };
-    let inner = match &item.kind {
-        ItemKind::Use { path, names } => {
-            let names = names.iter().flatten();
-            let names: String =
-                names.map(|(a, b)| format!(" {} as {}", a.value, b.value)).collect();
-            format!("use {:?}{names}", path.value)
-        }
-        ItemKind::Include { path } => format!("include {:?}", path.value),
-        ItemKind::Param { name, ty, value } => {
-            format!("param {} {} {}", name.value, type_of(ty), expr(value))
-        }
-        ItemKind::Profile { name, sets } => format!("profile {}{}", name.value, named(sets)),
-        ItemKind::Axis { name, values } => format!("axis {} {}", name.value, axis(values)),
-        ItemKind::Let { name, params: None, value } => {
-            format!("let {} {}", name.value, expr(value))
-        }
-        ItemKind::Let { name, params: Some(params), value } => {
-            let params = params.iter().map(|param| {
-                let default = param.default.as_ref().map(|value| format!(" {}", expr(value)));
-                let default = default.unwrap_or_default();
-                format!("({} {}{default})", param.name.value, type_of(&param.ty))
-            });
-            let params: Vec<_> = params.collect();
-            format!("let {} ({}) {}", name.value, params.join(" "), expr(value))
-        }
-        ItemKind::Experiment { name, items } => {
-            let items: String =
-                items.iter().map(|inner| format!(" {}", self::item(inner))).collect();
-            format!("experiment {}{items}", name.value)
-        }
-        ItemKind::Measure { name, value } => format!("measure {} {}", name.value, expr(value)),
-        ItemKind::Figure { name, value } => format!("figure {:?} {}", name.value, expr(value)),
-        ItemKind::Table { name, value } => format!("table {:?} {}", name.value, expr(value)),
-        ItemKind::Claim { name, value } => format!("claim {:?} {}", name.value, expr(value)),
-        ItemKind::Junk => "junk".to_owned(),
-    };
-    format!("({docs}{inner})")
-}
-
-fn type_of(ty: &TyExpr) -> String {
-    let args: Vec<_> = ty.args.iter().map(type_of).collect();
-    if args.is_empty() {
-        ty.name.value.clone()
-    } else {
-        format!("{}<{}>", ty.name.value, args.join(" "))
-    }
-}
-
-fn axis(values: &AxisExpr) -> String {
-    match values {
-        AxisExpr::Range(start, end) => format!("{}..{}", expr(start), expr(end)),
-        AxisExpr::Labelled(labels, _) => {
-            let labels: Vec<_> = labels
-                .iter()
-                .map(|(label, value)| format!("{:?}: {}", label.value, expr(value)))
-                .collect();
-            format!("{{{}}}", labels.join(" "))
-        }
-        AxisExpr::List(list) => expr(list),
-    }
-}
-
-fn named(values: &[(crate::ast::Name, Expr)]) -> String {
-    values.iter().map(|(name, value)| format!(" {}: {}", name.value, expr(value))).collect()
-}
-
-fn expr(e: &Expr) -> String {
-    match &e.kind {
-        ExprKind::Bool(value) => value.to_string(),
-        ExprKind::Int(value) => value.to_string(),
-        ExprKind::Float(value) => format!("{value:?}"),
-        ExprKind::Str(value) => format!("{value:?}"),
-        ExprKind::List(values) => {
-            format!("[{}]", values.iter().map(expr).collect::<Vec<_>>().join(" "))
-        }
-        ExprKind::Name(name) => name.clone(),
-        ExprKind::Call { name, args } => {
-            let args = args.iter().map(|(name, value)| match name {
-                Some(name) => format!(" {}: {}", name.value, expr(value)),
-                None => format!(" {}", expr(value)),
-            });
-            format!("({}{})", name.value, args.collect::<String>())
-        }
-        ExprKind::Select { base, at } => format!("(at {}{})", expr(base), named(at)),
-        ExprKind::Field { base, name } => format!("{}.{}", expr(base), name.value),
-        ExprKind::Negate(inner) => format!("(- {})", expr(inner)),
-        ExprKind::Binary { op, left, right } => {
-            format!("({} {} {})", op.value.symbol(), expr(left), expr(right))
-        }
-        ExprKind::Junk => "junk".to_owned(),
-    }
 }
