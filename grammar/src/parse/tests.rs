@@ -38,6 +38,10 @@ fn items() {
         &["(measure m a)", r#"(figure "1" b)"#, r#"(table "2" c)"#, r#"(claim "3" (< d e))"#],
     );
     check(
+        "table \"1\" = table(a) figure \"2\" = figure (b) table \"3\" =\ntable(c)",
+        &[r#"(table "1" (table a))"#, r#"(figure "2" (figure b))"#, r#"(table "3" (table c))"#],
+    );
+    check(
         "experiment a { let b = 1 } experiment c {}",
         &["(experiment a (let b 1))", "(experiment c)"],
     );
