@@ -8,9 +8,16 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, S
 
 /// The text of diagnostics, with the lines of `sources` (path shown, and text) that they are
 /// about.
-pub(crate) fn render(diagnostics: &[Diagnostic], sources: &[(String, String)], colour: bool) -> String {
+pub(crate) fn render(
+    diagnostics: &[Diagnostic],
+    sources: &[(String, String)],
+    colour: bool,
+) -> String {
     let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-    let handler = GraphicalReportHandler::new_themed(theme).with_width(100).with_links(false).with_context_lines(1);
+    let handler = GraphicalReportHandler::new_themed(theme)
+        .with_width(100)
+        .with_links(false)
+        .with_context_lines(1);
     let mut text = String::new();
     for diagnostic in diagnostics {
         let shown = Shown::of(diagnostic, sources);
@@ -116,13 +123,30 @@ mod tests {
 
     #[test]
     fn a_fault_shows_its_place_and_what_to_do() {
-        let sources = [("a.ivx".to_owned(), "let x = smaple(y)\n".to_owned()), ("b.ivx".to_owned(), "let y = 1\n".to_owned())];
+        let sources = [
+            ("a.ivx".to_owned(), "let x = smaple(y)\n".to_owned()),
+            ("b.ivx".to_owned(), "let y = 1\n".to_owned()),
+        ];
         let span = |file, start, end| Span { file, start, end };
-        let fault = Diagnostic::new(Code::UnknownCall, span(0, 8, 14), "no operation is called `smaple`", "not known")
-            .also(span(1, 4, 5), "declared here")
-            .help("did you mean `sample`?");
+        let fault = Diagnostic::new(
+            Code::UnknownCall,
+            span(0, 8, 14),
+            "no operation is called `smaple`",
+            "not known",
+        )
+        .also(span(1, 4, 5), "declared here")
+        .help("did you mean `sample`?");
         let text = render(&[fault], &sources, false);
-        for part in ["IVX0302", "no operation is called `smaple`", "a.ivx:1:9", "let x = smaple(y)", "not known", "did you mean `sample`?", "b.ivx:1:5", "declared here"] {
+        for part in [
+            "IVX0302",
+            "no operation is called `smaple`",
+            "a.ivx:1:9",
+            "let x = smaple(y)",
+            "not known",
+            "did you mean `sample`?",
+            "b.ivx:1:5",
+            "declared here",
+        ] {
             assert!(text.contains(part), "{part} is missing:\n{text}");
         }
         assert!(!text.contains('\u{1b}'), "no colours where none are wanted");
