@@ -182,7 +182,8 @@ pub(crate) fn read(
         match (checksum(&mut frame) == *expected).then(|| decode(&frame[HEADER..])).flatten() {
             Some(record) => take(record),
             None => {
-                troubles.push(Trouble::DamagedRecord { path: path.to_owned(), offset: seen.offset })
+                troubles
+                    .push(Trouble::DamagedRecord { path: path.to_owned(), offset: seen.offset });
             }
         }
         seen.offset += n_frame as u64;

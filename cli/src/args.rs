@@ -41,7 +41,8 @@ pub(crate) enum Command {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Spec {
     /// The spec.
-    pub(crate) spec: PathBuf,
+    #[arg(value_name = "SPEC")]
+    pub(crate) path: PathBuf,
     /// The profile; `paper` gives every parameter its default. Without one, `quick` where it
     /// is declared.
     #[arg(long)]

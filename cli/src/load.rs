@@ -33,7 +33,7 @@ pub(crate) fn load(spec: &Path) -> Result<Loaded, Trouble> {
         open: Vec::new(),
     };
     let text = fs::read_to_string(&path).at(spec)?;
-    loader.file(path, text);
+    loader.file(&path, text);
     Ok(loader.loaded)
 }
 
@@ -45,11 +45,11 @@ struct Loader {
 }
 
 impl Loader {
-    fn file(&mut self, path: PathBuf, text: String) -> usize {
+    fn file(&mut self, path: &Path, text: String) -> usize {
         let index = self.loaded.project.files.len();
         let (ast, faults) = parse(&text, u32::try_from(index).expect("files are few"));
         self.loaded.diagnostics.extend(faults);
-        let shown = self.shown(&path);
+        let shown = self.shown(path);
         let named: Vec<Spanned<String>> = ast
             .items
             .iter()
@@ -58,7 +58,7 @@ impl Loader {
                 _ => None,
             })
             .collect();
-        let stem = project::name(&path);
+        let stem = project::name(path);
         self.loaded.project.files.push(File {
             path: shown,
             stem,
@@ -66,10 +66,10 @@ impl Loader {
             ast,
             links: BTreeMap::new(),
         });
-        self.known.insert(path.clone(), index);
-        self.open.push(path.clone());
+        self.known.insert(path.to_owned(), index);
+        self.open.push(path.to_owned());
         for name in named {
-            if let Some(linked) = self.link(&path, &name) {
+            if let Some(linked) = self.link(path, &name) {
                 self.loaded.project.files[index].links.insert(name.value, linked);
             }
         }
@@ -120,7 +120,7 @@ impl Loader {
             return Some(*known);
         }
         match fs::read_to_string(&path) {
-            Ok(text) => Some(self.file(path, text)),
+            Ok(text) => Some(self.file(&path, text)),
             Err(error) => {
                 let message = format!("`{}` cannot be read: {}", name.value, plain(&error));
                 self.loaded.diagnostics.push(fault(Code::File, message, "not read"));

@@ -83,7 +83,8 @@ pub fn diff(before: &Results, after: &Results, tolerance: f64) -> Vec<Change> {
                 }
                 (Some(_), Some(_)) => {}
                 (_, new) => {
-                    changes.push(Change::Only { what: format!("claim {name}"), new: new.is_some() })
+                    changes
+                        .push(Change::Only { what: format!("claim {name}"), new: new.is_some() });
                 }
             }
         }
@@ -129,7 +130,7 @@ fn params(
             }
             (Some(_), Some(_)) => {}
             (_, new) => {
-                changes.push(Change::Only { what: format!("param {name}"), new: new.is_some() })
+                changes.push(Change::Only { what: format!("param {name}"), new: new.is_some() });
             }
         }
     }

@@ -24,6 +24,9 @@ pub struct ExpandError {
 ///
 /// # Errors
 /// If a description has no value at some coordinate.
+///
+/// # Panics
+/// If the spec was not checked.
 pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
     let mut expansion = Expansion { spec, registry, plan: Plan::default(), known: BTreeMap::new() };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
@@ -200,12 +203,12 @@ impl Expansion<'_> {
             }
             sources.push(values.at(&place));
         }
-        let dims = feed.gathered.iter().enumerate().map(|(i, axis)| match feed.labelled {
-            true => self.labelled(*axis),
-            false => Dim::new(
-                &format!("#{i}"),
-                Labels::Names((0..sizes[i]).map(|j| j.to_string()).collect()),
-            ),
+        let dims = feed.gathered.iter().enumerate().map(|(i, axis)| {
+            if feed.labelled {
+                return self.labelled(*axis);
+            }
+            let places = (0..sizes[i]).map(|j| j.to_string()).collect();
+            Dim::new(&format!("#{i}"), Labels::Names(places))
         });
         Fed { dims: dims.collect(), sources, labelled: feed.labelled, name: feed.name.clone() }
     }

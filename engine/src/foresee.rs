@@ -18,6 +18,9 @@ pub enum Foreseen {
 }
 
 /// What a run would do, by the index of the node.
+///
+/// # Panics
+/// If an input does not come before its user, which `expand` sees to.
 #[must_use]
 pub fn foresee(plan: &Plan, registry: &Registry, cache: &Cache) -> Vec<Foreseen> {
     let mut digests: Vec<Option<Digest>> = Vec::new();

@@ -102,7 +102,7 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     let mut report = Report::default();
     let results = &mut report.results;
     results.format = 1;
-    results.spec = name.to_owned();
+    name.clone_into(&mut results.spec);
     results.profile.clone_from(&spec.profile);
     results.params = spec.params.iter().map(|(name, lit)| (name.clone(), setting(lit))).collect();
     for experiment in &spec.experiments {

@@ -287,7 +287,7 @@ impl Desc {
 #[must_use]
 pub fn widen(lit: Lit) -> Lit {
     match lit {
-        Lit::Int(_) => Lit::Real(lit.as_f64().expect("a whole number is a number")),
+        Lit::Int(_) => lit.as_f64().map_or(lit, Lit::Real),
         Lit::List(items) => Lit::List(items.into_iter().map(widen).collect()),
         other => other,
     }

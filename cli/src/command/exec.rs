@@ -41,7 +41,7 @@ pub(crate) fn exec(
         writeln!(err, "note: {trouble}")?;
     }
     let outcome = outcome?;
-    let name = project::name(&args.spec.spec);
+    let name = project::name(&args.spec.path);
     let report = report(&name, &ready.spec, &plan, &outcome);
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report)?;
@@ -174,10 +174,10 @@ fn summary(
     let ran = count(|fate| matches!(fate, Fate::Ran { .. }));
     let failed = count(|fate| matches!(fate, Fate::Failed { .. }));
     let skipped = count(|fate| matches!(fate, Fate::Skipped { .. }));
-    let mut line = format!("{ran} of {} nodes executed", plan.graph.node_count());
+    write!(out, "{ran} of {} nodes executed", plan.graph.node_count())?;
     if failed > 0 {
-        line += &format!(", {failed} failed, {skipped} skipped because of them");
+        write!(out, ", {failed} failed, {skipped} skipped because of them")?;
     }
-    writeln!(out, "{line} ({})", spell(started.elapsed()))?;
+    writeln!(out, " ({})", spell(started.elapsed()))?;
     Ok(())
 }

@@ -45,7 +45,7 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
         sets.push((name.to_owned(), value));
     }
     let settings = Settings { profile: args.profile.clone(), sets };
-    let loaded = load(&args.spec)?;
+    let loaded = load(&args.path)?;
     let registry = registry();
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
     let mut diagnostics: Vec<Diagnostic> =

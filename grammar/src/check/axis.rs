@@ -145,21 +145,18 @@ impl<'a> Checker<'a> {
         let typed: Vec<(Lit, Ty, Span)> = typed.collect::<Option<_>>()?;
         let mut joined = typed.first()?.1.clone();
         for (_, ty, span) in &typed {
-            match join(&joined, ty) {
-                Some(ty) => joined = ty,
-                None => {
-                    let message = format!(
-                        "the values of an axis are of one type: {joined} before, {ty} here"
-                    );
-                    self.fault(Diagnostic::new(
-                        Code::Type,
-                        *span,
-                        message,
-                        format!("expected {joined}"),
-                    ));
-                    return None;
-                }
-            }
+            let Some(both) = join(&joined, ty) else {
+                let message =
+                    format!("the values of an axis are of one type: {joined} before, {ty} here");
+                self.fault(Diagnostic::new(
+                    Code::Type,
+                    *span,
+                    message,
+                    format!("expected {joined}"),
+                ));
+                return None;
+            };
+            joined = both;
         }
         let coords = entries.iter().zip(typed).map(|((label, _), (value, ty, _))| {
             let fits = fit(&joined, &ty);

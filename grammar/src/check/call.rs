@@ -56,10 +56,10 @@ impl<'a> Checker<'a> {
         });
         let known: Vec<&str> =
             self.registry.decls().map(|decl| decl.name).chain(functions).collect();
-        let help = match value {
-            true => Some(format!("`{}` is a value: use it without parentheses", name.value)),
-            false => suggest(&name.value, known)
-                .or_else(|| Some("`ivx ops` lists what there is".to_owned())),
+        let help = if value {
+            Some(format!("`{}` is a value: use it without parentheses", name.value))
+        } else {
+            suggest(&name.value, known).or_else(|| Some("`ivx ops` lists what there is".to_owned()))
         };
         let message = format!("no operation, part or function is called `{}`", name.value);
         let fault = Diagnostic::new(Code::UnknownCall, name.span, message, "not known");
@@ -231,12 +231,10 @@ impl<'a> Checker<'a> {
                 None => sound = false,
             }
         }
-        match sound {
-            true => Val::Desc(
-                fold(Desc::Part(decl.name.to_owned(), descs)),
-                Ty::Part(family.to_owned()),
-            ),
-            false => Val::Poison,
+        if sound {
+            Val::Desc(fold(Desc::Part(decl.name.to_owned(), descs)), Ty::Part(family.to_owned()))
+        } else {
+            Val::Poison
         }
     }
 

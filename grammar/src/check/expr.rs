@@ -222,9 +222,10 @@ impl<'a> Checker<'a> {
     fn arithmetic(&mut self, op: BinaryOp, a: Desc, b: Desc, ty: Ty, span: Span) -> Val {
         let constant = matches!((&a, &b), (Desc::Lit(_), Desc::Lit(_)));
         let desc = Desc::Binary(op, Box::new(a), Box::new(b));
-        match constant {
-            true => self.evaluate(&desc, span).map_or(Val::Poison, |lit| Val::lit(lit, ty)),
-            false => Val::Desc(desc, ty),
+        if constant {
+            self.evaluate(&desc, span).map_or(Val::Poison, |lit| Val::lit(lit, ty))
+        } else {
+            Val::Desc(desc, ty)
         }
     }
 

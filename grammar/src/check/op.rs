@@ -47,7 +47,7 @@ impl<'a> Checker<'a> {
                     None => sound = false,
                 },
                 (ArgKind::Port(port), None) => {
-                    fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() })
+                    fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() });
                 }
                 (ArgKind::Axes, given) => match self.axis_names(decl, arg, *given) {
                     Some(names) => named.push((*arg, names)),
@@ -228,9 +228,10 @@ impl<'a> Checker<'a> {
             let message = format!("`{}` has nothing that varies over `{name}`", decl.name);
             let fault =
                 Diagnostic::new(Code::UnknownAxis, *span, message, "no axis or dimension of it");
-            let help = match known.is_empty() {
-                true => Some("its values vary over nothing".to_owned()),
-                false => suggest(name, known.iter().map(String::as_str)),
+            let help = if known.is_empty() {
+                Some("its values vary over nothing".to_owned())
+            } else {
+                suggest(name, known.iter().map(String::as_str))
             };
             self.fault(fault.maybe_help(help));
             sound = false;

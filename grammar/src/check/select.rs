@@ -45,9 +45,10 @@ impl<'a> Checker<'a> {
         }
         let known: Vec<String> = self.names(&axes).into_iter().chain(dims).collect();
         let message = format!("this does not vary over `{}`", name.value);
-        let help = match known.is_empty() {
-            true => Some("it varies over nothing".to_owned()),
-            false => suggest(&name.value, known.iter().map(String::as_str)),
+        let help = if known.is_empty() {
+            Some("it varies over nothing".to_owned())
+        } else {
+            suggest(&name.value, known.iter().map(String::as_str))
         };
         let fault =
             Diagnostic::new(Code::UnknownAxis, name.span, message, "no such axis or dimension");

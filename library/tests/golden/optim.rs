@@ -6,7 +6,7 @@ use ivx_library::nn::optim::{
 use ivx_library::nn::{Constant, Linear, Schedule};
 use serde_json::{Value, json};
 
-use crate::harness::{Case, check};
+use crate::harness::{Case, check, numbers, rows};
 
 #[test]
 fn golden_optimisers_agree() {
@@ -33,7 +33,7 @@ struct Inputs<'a>(&'a Case);
 impl Inputs<'_> {
     /// Fails if there is an input that the code for the case does not read.
     fn are(&self, known: &[&str]) {
-        for key in self.0.inputs.as_object().unwrap().keys() {
+        for key in self.0.inputs.as_object().expect("inputs have names").keys() {
             assert!(
                 known.contains(&key.as_str()),
                 "{}: no code for the input `{key}`",
@@ -58,12 +58,8 @@ impl Inputs<'_> {
     }
 
     fn matrix(&self, name: &str) -> Vec<Vec<f64>> {
-        self.0.inputs[name].as_array().unwrap().iter().map(numbers).collect()
+        rows(&self.0.inputs[name])
     }
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
 /// Order of an update: clip, decay, Adam.
