@@ -2,6 +2,8 @@
 
 mod cases;
 mod experiments;
+mod failures;
 mod project;
 mod reruns;
 mod tidy;
+mod versions;

@@ -99,10 +99,10 @@ fn the_operations_that_the_language_needs_are_there() {
 
 #[test]
 fn files_answer_one_question() {
-    for (path, text) in sources() {
+    for (path, text) in sources().into_iter().filter(|(path, _)| !path.contains("/tests")) {
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         let lines = code.lines().count();
-        assert!(lines <= 520, "{path} has {lines} lines without its tests");
+        assert!(lines <= 480, "{path} has {lines} lines without its tests");
         assert!(text.trim_start().starts_with("//!"), "{path} does not say what it is");
     }
 }

@@ -216,7 +216,6 @@ impl Results {
     pub fn to_ron(&self) -> String {
         let config = ron::ser::PrettyConfig::new()
             .indentor("  ")
-            .compact_arrays(true)
             .extensions(ron::extensions::Extensions::IMPLICIT_SOME);
         let mut text = ron::ser::to_string_pretty(self, config).expect("results are plain data");
         text.push('\n');

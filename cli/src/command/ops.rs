@@ -36,7 +36,7 @@ pub(crate) fn ops(args: &Ops, out: &mut dyn Write, err: &mut dyn Write) -> Resul
         let title = if part { format!("Parts: {name}") } else { name.to_owned() };
         writeln!(out, "{title}")?;
         for decl in decls {
-            writeln!(out, "  {:<18} {}", decl.name, first_line(decl.docs))?;
+            writeln!(out, "  {:<18} {}", decl.name, first_sentence(decl.docs))?;
         }
         writeln!(out)?;
     }
@@ -44,8 +44,12 @@ pub(crate) fn ops(args: &Ops, out: &mut dyn Write, err: &mut dyn Write) -> Resul
     Ok(OK)
 }
 
-fn first_line(docs: &str) -> &str {
-    docs.trim().lines().next().unwrap_or_default()
+/// What a doc comment says before its first full stop, on one line.
+fn first_sentence(docs: &str) -> String {
+    let paragraph = docs.trim().lines().take_while(|line| !line.trim().is_empty());
+    let line = paragraph.map(str::trim).collect::<Vec<_>>().join(" ");
+    let end = line.match_indices(". ").find(|(i, _)| !line[..*i].ends_with("Eqn"));
+    end.map_or(line.clone(), |(i, _)| line[..=i].to_owned())
 }
 
 fn whole(decl: &Decl, out: &mut dyn Write) -> std::io::Result<()> {
@@ -67,4 +71,16 @@ fn whole(decl: &Decl, out: &mut dyn Write) -> std::io::Result<()> {
     }
     let drawn = if decl.stochastic { ", draws random numbers" } else { "" };
     writeln!(out, "\nVersion {}{drawn}.", decl.version)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_sentence_is_whole() {
+        let docs = " The mean of the\n lowest scores (Eqn. 2.7a). Averse.\n\n More.\n";
+        assert_eq!(first_sentence(docs), "The mean of the lowest scores (Eqn. 2.7a).");
+        assert_eq!(first_sentence(" One"), "One");
+    }
 }

@@ -7,6 +7,8 @@ mod axis;
 mod call;
 mod experiment;
 mod expr;
+mod gather;
+mod member;
 mod op;
 mod param;
 mod scope;

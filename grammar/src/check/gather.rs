@@ -1,0 +1,176 @@
+//! Which axes a port gathers, and `collect`.
+
+use ivx_op::{ArgDecl, Decl, Gather, Port};
+
+use super::Checker;
+use super::call::Written;
+use super::expr::At;
+use super::op::{Fed, Named};
+use super::value::Val;
+use crate::ast::ExprKind;
+use crate::ir::{AxisId, AxisRole, ExprId, Feed};
+use crate::{Code, Diagnostic, Span, suggest};
+
+impl<'a> Checker<'a> {
+    /// Whether every axis named is one that some gathering port varies over; reports it if not.
+    pub(super) fn known_axes(
+        &mut self,
+        decl: &Decl,
+        fed: &[Fed<'_>],
+        named: &[(&ArgDecl, Vec<Named<'a>>)],
+    ) -> bool {
+        let gathers =
+            |feed: &&Fed<'_>| matches!(feed.port.gather, Gather::Named | Gather::Everything);
+        let mut known = Vec::new();
+        for (id, _, _) in fed.iter().filter(gathers).flat_map(|feed| &feed.exprs) {
+            let expr = self.spec.expr(*id);
+            known.extend(self.names(&expr.axes).into_iter().chain(expr.dims.clone()));
+        }
+        let mut sound = true;
+        for (name, span) in named.iter().flat_map(|(_, names)| names) {
+            if known.iter().any(|known| known == name) {
+                continue;
+            }
+            let message = format!("`{}` has nothing that varies over `{name}`", decl.name);
+            let fault =
+                Diagnostic::new(Code::UnknownAxis, *span, message, "no axis or dimension of it");
+            let help = if known.is_empty() {
+                Some("its values vary over nothing".to_owned())
+            } else {
+                suggest(name, known.iter().map(String::as_str))
+            };
+            self.fault(fault.maybe_help(help));
+            sound = false;
+        }
+        sound
+    }
+
+    /// The axes that a port gathers of a value, outermost first.
+    pub(super) fn gathered(
+        &mut self,
+        port: Port,
+        id: ExprId,
+        taken: &[&str],
+        span: Span,
+    ) -> Option<Vec<AxisId>> {
+        let expr = self.spec.expr(id);
+        let by_name = |checker: &Self, mut axes: Vec<AxisId>| {
+            axes.sort_by_key(|axis| checker.spec.axis(*axis).name.clone());
+            axes
+        };
+        if !expr.collected.is_empty()
+            && !matches!(port.gather, Gather::Collected | Gather::Everything)
+        {
+            let over = self.names(&expr.collected).join(", ");
+            let message = format!(
+                "this is a collection over {over}, where one {} is expected",
+                port.artifact
+            );
+            self.fault(Diagnostic::new(Code::Kind, span, message, "a collection"));
+            return None;
+        }
+        match port.gather {
+            Gather::Pointwise => Some(Vec::new()),
+            Gather::Everything => Some(by_name(self, expr.axes.iter().copied().collect())),
+            Gather::Collected if expr.collected.is_empty() => {
+                let message = format!("expected a collection of {}, found one", port.artifact);
+                let fault = Diagnostic::new(Code::Kind, span, message, "not a collection");
+                self.fault(fault.help("write `collect(x, over: axis)`"));
+                None
+            }
+            Gather::Collected => Some(by_name(self, expr.collected.iter().copied().collect())),
+            Gather::Named => {
+                let axes = expr.axes.iter().copied();
+                let named = taken
+                    .iter()
+                    .filter_map(|name| axes.clone().find(|a| self.spec.axis(*a).name == *name));
+                Some(named.collect())
+            }
+            Gather::Members => {
+                let member =
+                    expr.axes.iter().find(|axis| self.spec.axis(**axis).role == AxisRole::Member);
+                if let Some(member) = member {
+                    return Some(vec![*member]);
+                }
+                let message = format!("expected an ensemble, found one {}", port.artifact);
+                let fault = Diagnostic::new(Code::Kind, span, message, format!("expected {port}"));
+                self.fault(
+                    fault.help("an ensemble comes from `train(ensemble(.., members: K), ..)`"),
+                );
+                None
+            }
+        }
+    }
+
+    /// The name under which an axis reaches the operation: its own where labels travel, else its
+    /// place among the gathered.
+    pub(super) fn travelling(
+        &self,
+        fed: &[Fed<'_>],
+        ports: &[(String, Vec<Feed>)],
+        name: &str,
+    ) -> String {
+        for (feed, (_, feeds)) in fed.iter().zip(ports) {
+            if feed.port.gather != Gather::Named {
+                continue;
+            }
+            for feed in feeds {
+                if let Some(i) =
+                    feed.gathered.iter().position(|axis| self.spec.axis(*axis).name == name)
+                {
+                    return format!("#{i}");
+                }
+            }
+        }
+        name.to_owned()
+    }
+
+    /// `collect(x, over: axis)`: the value with the axis put together, for ports that take
+    /// collections.
+    pub(super) fn collect(&mut self, at: &At, args: &'a Written<'a>, span: Span) -> Val {
+        let [(None, base), (Some(over), axis)] = args else {
+            let fault = Diagnostic::new(
+                Code::MissingArgument,
+                span,
+                "`collect` takes a value and an axis",
+                "incomplete",
+            );
+            return self.fault(fault.help("write `collect(x, over: axis)`"));
+        };
+        let ExprKind::Name(name) = &axis.kind else {
+            let message = "`collect.over` takes the name of an axis";
+            return self.fault(Diagnostic::new(
+                Code::UnknownAxis,
+                axis.span,
+                message,
+                "not a name",
+            ));
+        };
+        if over.value != "over" {
+            let message = format!("`collect` has no argument `{}`", over.value);
+            let fault =
+                Diagnostic::new(Code::UnknownArgument, over.span, message, "not an argument");
+            return self.fault(fault.help("write `collect(x, over: axis)`"));
+        }
+        let value = self.expr(at, base);
+        let Val::Artifact(id) = value else {
+            if matches!(value, Val::Poison) {
+                return value;
+            }
+            let message =
+                format!("only what is computed is collected, found {}", self.describe(&value));
+            return self.fault(Diagnostic::new(Code::Kind, base.span, message, "a description"));
+        };
+        let mut expr = self.spec.expr(id).clone();
+        let Some(axis_id) =
+            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == *name)
+        else {
+            let known = self.names(&expr.axes);
+            let message = format!("this does not vary over `{name}`");
+            let fault = Diagnostic::new(Code::UnknownAxis, axis.span, message, "no such axis");
+            return self.fault(fault.maybe_help(suggest(name, known.iter().map(String::as_str))));
+        };
+        expr.collected.insert(axis_id);
+        Val::Artifact(self.push(expr, span))
+    }
+}

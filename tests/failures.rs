@@ -1,0 +1,90 @@
+//! What happens when something goes wrong.
+
+use crate::project::{Project, run};
+
+/// One problem cannot be decided, since its probabilities do not sum to one; the other can.
+const HALF_BROKEN: &str = r#"edition "2026"
+
+experiment half {
+    let white = belief([lottery([0.0], [1.0])])
+    axis chance = { "sound": lottery([-1.0, 1.0], [0.5, 0.5]), "broken": lottery([-1.0, 1.0], [0.5, 0.4]) }
+    measure broken = decide(boxes(left: white, right: belief([chance])))[action: "LEFT"] * 2.0
+    measure sound  = decide(boxes(left: white, right: white))
+}
+"#;
+
+#[test]
+fn independent_work_goes_on_after_a_failure() {
+    let project = Project::with(&[("half.ivx", HALF_BROKEN)]);
+    let said = project.run("exec", "half.ivx", &[]);
+    assert_eq!(said.code, 1, "{}{}", said.out, said.err);
+    assert!(said.err.contains("failed: half/broken"), "{}", said.err);
+    assert!(said.out.contains("1 failed, 2 skipped because of them"), "{}", said.out);
+    let results = project.read("results/half/results.ron");
+    assert!(results.contains("half/broken"), "{results}");
+    // What did not depend on it is there, and is not run again.
+    let again = project.run("exec", "half.ivx", &[]);
+    assert_eq!(again.code, 1);
+    assert!(again.out.contains("0 of "), "{}", again.out);
+}
+
+#[test]
+fn a_failing_claim_is_an_error_only_under_strict() {
+    let spec = r#"edition "2026"
+experiment wrong {
+    claim "one is more than two" : 1.0 > 2.0
+}
+"#;
+    let project = Project::with(&[("wrong.ivx", spec)]);
+    let said = project.run("exec", "wrong.ivx", &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("  fails     one is more than two"), "{}", said.out);
+    assert_eq!(project.run("exec", "wrong.ivx", &["--strict"]).code, 1);
+}
+
+#[test]
+fn settings_that_do_not_fit_are_refused() {
+    let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
+    for (set, part) in [
+        ("members=many", "expected NAME=VALUE"),
+        ("members", "expected NAME=VALUE"),
+        ("membres=3", "did you mean `members`?"),
+        ("members=2.5", "is Int, but its value by `--set` is Float"),
+        ("members=0", "set here by `--set`"),
+    ] {
+        let said = project.run("check", "small.ivx", &["--set", set]);
+        assert_eq!(said.code, 2, "{set}: {}", said.out);
+        assert!(said.err.contains(part), "{set}: {}", said.err);
+    }
+    let said = project.run("check", "small.ivx", &["--profile", "quikc"]);
+    assert!(said.code == 2 && said.err.contains("no profile is called `quikc`"), "{}", said.err);
+}
+
+#[test]
+fn differences_between_results_are_told() {
+    let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
+    project.executed("small.ivx", &[]);
+    let before = project.path("before.ron");
+    std::fs::copy(project.path("results/small/results.ron"), &before)
+        .expect("results can be copied");
+    let diff = || {
+        let after = project.path("results/small");
+        run(vec!["ivx".into(), "diff".into(), before.clone().into(), after.into()])
+    };
+    let said = diff();
+    assert_eq!((said.code, said.out.as_str()), (0, "no differences\n"));
+    project.executed("small.ivx", &["--set", "members=3"]);
+    let said = diff();
+    assert_eq!(said.code, 1);
+    assert!(said.out.contains("~ param small.members: 2 -> 3"), "{}", said.out);
+    assert!(said.out.contains("~ measure small/spread: 2 of 2 moved"), "{}", said.out);
+}
+
+#[test]
+fn a_missing_spec_and_a_wrong_command_are_told() {
+    let said = run(vec!["ivx".into(), "exec".into(), "no/such.ivx".into()]);
+    assert_eq!(said.code, 3);
+    assert!(said.err.contains("no/such.ivx"), "{}", said.err);
+    assert_eq!(run(vec!["ivx".into(), "exce".into()]).code, 2);
+    assert_eq!(run(vec!["ivx".into(), "--help".into()]).code, 0);
+}
