@@ -137,6 +137,8 @@ struct Run<'a> {
     /// Nodes that must run though their record is known, since its bytes are gone; and the
     /// nodes that wait for each.
     forced: BTreeMap<NodeIndex, Vec<NodeIndex>>,
+    /// How many nodes of each operation have not ended.
+    left: BTreeMap<String, u64>,
     /// The longest path from each node to the end, in expected milliseconds.
     priority: Vec<u64>,
     runnable: BinaryHeap<(u64, Reverse<NodeIndex>)>,
@@ -169,6 +171,7 @@ impl<'a> Run<'a> {
             values: BTreeMap::new(),
             waiting: waiting.collect(),
             forced: BTreeMap::new(),
+            left: BTreeMap::new(),
             priority: Vec::new(),
             runnable: BinaryHeap::new(),
             elsewhere: Vec::new(),
@@ -179,6 +182,9 @@ impl<'a> Run<'a> {
     }
 
     fn begin(&mut self) {
+        for step in self.plan.graph.node_weights() {
+            *self.left.entry(self.versioned(step)).or_default() += 1;
+        }
         for node in self.plan.graph.node_indices() {
             if self.plan.graph.neighbors_directed(node, Incoming).next().is_none() {
                 self.resolve(node);
@@ -249,7 +255,7 @@ impl<'a> Run<'a> {
         let slot = &mut self.nodes[node.index()];
         let first = slot.output.is_none();
         slot.output = Some(output);
-        slot.fate = fate;
+        self.end(node, fate);
         let mut ready = Vec::new();
         let waiters = self.forced.remove(&node).unwrap_or_default();
         let next: Vec<_> =
@@ -415,20 +421,28 @@ impl<'a> Run<'a> {
 
     /// Expected milliseconds of what is left; `None` where an operation was never seen.
     fn left_millis(&mut self) -> Option<u64> {
-        let mut left = 0;
-        for node in self.plan.graph.node_indices() {
-            if self.nodes[node.index()].fate == Fate::Waiting {
-                let op = self.versioned(self.step(node));
-                left += self.cache.hints().expected_millis(&op)?;
+        let hints = self.cache.hints();
+        let expected = self.left.iter().map(|(op, n)| Some(hints.expected_millis(op)? * n));
+        expected.sum()
+    }
+
+    /// Notes how a node ended.
+    fn end(&mut self, node: NodeIndex, fate: Fate) {
+        if self.nodes[node.index()].fate == Fate::Waiting {
+            let op = self.versioned(self.step(node));
+            let left = self.left.get_mut(&op).expect("every operation was counted");
+            *left -= 1;
+            if *left == 0 {
+                self.left.remove(&op);
             }
         }
-        Some(left)
+        self.nodes[node.index()].fate = fate;
     }
 
     /// Notes a failure, and skips what depends on it.
     fn fail(&mut self, node: NodeIndex, why: &str) {
         self.listen.event(Event::Failed { address: &self.step(node).address, why });
-        self.nodes[node.index()].fate = Fate::Failed { why: why.to_owned() };
+        self.end(node, Fate::Failed { why: why.to_owned() });
         self.nodes[node.index()].output = None;
         self.stopped |= self.options.fail_fast;
         let cause = node;
@@ -436,7 +450,7 @@ impl<'a> Run<'a> {
         todo.extend(self.forced.remove(&node).unwrap_or_default());
         while let Some(node) = todo.pop() {
             if self.nodes[node.index()].fate == Fate::Waiting {
-                self.nodes[node.index()].fate = Fate::Skipped { cause };
+                self.end(node, Fate::Skipped { cause });
                 let (address, cause) = (&self.step(node).address, &self.step(cause).address);
                 self.listen.event(Event::Skipped { address, cause });
                 todo.extend(self.plan.graph.neighbors(node));

@@ -235,6 +235,14 @@ impl Desc {
         }
     }
 
+    /// How many values it holds.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        let mut size = 0;
+        self.visit(&mut |desc| size += if let Self::Lit(lit) = desc { lit_size(lit) } else { 1 });
+        size
+    }
+
     /// The same with another description in the place of an axis.
     #[must_use]
     pub fn replace(&self, axis: AxisId, with: &Self) -> Self {
@@ -280,6 +288,14 @@ impl Desc {
             }
             Self::Widen(inner) => widen(inner.eval(axes, place)?),
         })
+    }
+}
+
+fn lit_size(lit: &Lit) -> usize {
+    match lit {
+        Lit::List(items) => 1 + items.iter().map(lit_size).sum::<usize>(),
+        Lit::Part(part) => 1 + part.args.values().map(lit_size).sum::<usize>(),
+        _ => 1,
     }
 }
 

@@ -7,7 +7,7 @@ use ivx_op::{ArgDecl, ArgKind, Decl, Lit, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
-use super::value::{Fit, Val, coerce, fit, fold, nothing};
+use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{self, ItemKind, LetParam, Name};
 use crate::ir::{Desc, Place};
 use crate::{Code, Diagnostic, Span, suggest};
@@ -43,7 +43,7 @@ impl<'a> Checker<'a> {
             return Val::Poison;
         };
         match &decl.role {
-            Role::Part(family) => self.part(at, decl, family, &matched),
+            Role::Part(family) => self.part(at, decl, family, &matched, span),
             Role::Op(out) => self.op(at, decl, out, &matched, span),
         }
     }
@@ -220,6 +220,7 @@ impl<'a> Checker<'a> {
         decl: &'a Decl,
         family: &str,
         args: &[(&'a ArgDecl, Option<&'a ast::Expr>)],
+        span: Span,
     ) -> Val {
         let mut descs = BTreeMap::new();
         let mut sound = true;
@@ -232,7 +233,7 @@ impl<'a> Checker<'a> {
             }
         }
         if sound {
-            Val::Desc(fold(Desc::Part(decl.name.to_owned(), descs)), Ty::Part(family.to_owned()))
+            self.bounded(Desc::Part(decl.name.to_owned(), descs), Ty::Part(family.to_owned()), span)
         } else {
             Val::Poison
         }

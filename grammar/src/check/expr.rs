@@ -9,7 +9,12 @@ use super::value::{Fit, Val, coerce, fit, fold, join, nothing};
 use super::{Checker, MAX_NODES};
 use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
 use crate::ir::{Desc, Expr, ExprId, Feed};
-use crate::{Code, Diagnostic, Span, Spanned, ir, suggest};
+use crate::{Code, Diagnostic, Span, ir, suggest};
+
+/// Most expressions evaluated for one program: functions that call others often end here.
+const MAX_STEPS: usize = 5_000_000;
+/// Most expressions inside each other, through names and functions.
+const MAX_DEPTH: usize = 400;
 
 /// Where an expression stands.
 #[derive(Clone)]
@@ -37,12 +42,35 @@ impl At {
 impl<'a> Checker<'a> {
     /// What an expression amounts to.
     pub(super) fn expr(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+        self.n_steps += 1;
+        if self.n_steps > MAX_STEPS {
+            self.outgrown(
+                "the functions of this program call each other too often".to_owned(),
+                expr.span,
+            );
+            return Val::Poison;
+        }
+        if self.depth == MAX_DEPTH && std::mem::replace(&mut self.too_deep, true) {
+            return Val::Poison;
+        }
+        if self.depth == MAX_DEPTH {
+            let message = format!("definitions nest more than {MAX_DEPTH} deep");
+            let fault = Diagnostic::new(Code::Nesting, expr.span, message, "too deep");
+            return self.fault(fault.help("declare what is used before what uses it"));
+        }
+        self.depth += 1;
+        let value = self.expr_inside(at, expr);
+        self.depth -= 1;
+        value
+    }
+
+    fn expr_inside(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
         match &expr.kind {
             ExprKind::Bool(b) => Val::lit(Lit::Bool(*b), Ty::Bool),
             ExprKind::Int(n) => Val::lit(Lit::Int(*n), Ty::Int),
             ExprKind::Float(x) => Val::lit(Lit::Real(*x), Ty::Float),
             ExprKind::Str(s) => Val::lit(Lit::Text(s.clone()), Ty::Str),
-            ExprKind::List(items) => self.list(at, items),
+            ExprKind::List(items) => self.list(at, items, expr.span),
             ExprKind::Name(name) => self.name(at, name, expr.span),
             ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
             ExprKind::Select { base, at: selected } => self.select(at, base, selected),
@@ -55,7 +83,7 @@ impl<'a> Checker<'a> {
                 self.fault(Diagnostic::new(Code::UnknownName, name.span, message, "not a record"))
             }
             ExprKind::Negate(inner) => self.negate(at, inner),
-            ExprKind::Binary { op, left, right } => self.binary(at, op, left, right),
+            ExprKind::Binary { .. } => self.binary(at, expr),
             ExprKind::Junk => Val::Poison,
         }
     }
@@ -123,7 +151,7 @@ impl<'a> Checker<'a> {
         )
     }
 
-    fn list(&mut self, at: &At, items: &'a [ast::Expr]) -> Val {
+    fn list(&mut self, at: &At, items: &'a [ast::Expr], span: Span) -> Val {
         let mut ty = nothing();
         let mut descs = Vec::new();
         for item in items {
@@ -162,7 +190,17 @@ impl<'a> Checker<'a> {
             Fit::No => desc,
             fits => coerce(desc, fits),
         });
-        Val::Desc(fold(Desc::List(descs.collect())), Ty::List(Box::new(ty)))
+        let desc = Desc::List(descs.collect());
+        self.bounded(desc, Ty::List(Box::new(ty)), span)
+    }
+
+    /// A description, unless lists of lists made it too large.
+    pub(super) fn bounded(&mut self, desc: Desc, ty: Ty, span: Span) -> Val {
+        if desc.size() > MAX_NODES {
+            self.outgrown(format!("this description has more than {MAX_NODES} values"), span);
+            return Val::Poison;
+        }
+        Val::Desc(fold(desc), ty)
     }
 
     fn negate(&mut self, at: &At, inner: &'a ast::Expr) -> Val {
@@ -182,41 +220,52 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn binary(
-        &mut self,
-        at: &At,
-        op: &Spanned<BinaryOp>,
-        left: &'a ast::Expr,
-        right: &'a ast::Expr,
-    ) -> Val {
-        if op.value.compares() {
-            let message = "a comparison is a claim, not a value";
-            let fault = Diagnostic::new(Code::Kind, op.span, message, "compares");
-            return self.fault(fault.help("write `claim \"...\" : left < right`"));
+    /// Arithmetic, leftmost first: chains of operators are long, and are not nested.
+    fn binary(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+        let mut chain = Vec::new();
+        let mut first = expr;
+        while let ExprKind::Binary { op, left, right } = &first.kind {
+            if op.value.compares() {
+                let message = "a comparison is a claim, not a value";
+                let fault = Diagnostic::new(Code::Kind, op.span, message, "compares");
+                return self.fault(fault.help("write `claim \"...\" : left < right`"));
+            }
+            chain.push((op.value, right));
+            first = left;
         }
-        let (a, b) = (self.expr(at, left), self.expr(at, right));
+        let (mut value, mut span) = (self.expr(at, first), first.span);
+        for (op, right) in chain.into_iter().rev() {
+            let other = self.expr(at, right);
+            value = self.combine(at, op, (value, span), (other, right.span));
+            span = span.to(right.span);
+        }
+        value
+    }
+
+    fn combine(&mut self, at: &At, op: BinaryOp, left: (Val, Span), right: (Val, Span)) -> Val {
+        let ((a, a_span), (b, b_span)) = (left, right);
         if let (Val::Desc(a, a_ty), Val::Desc(b, b_ty)) = (&a, &b)
             && is_number(a_ty)
             && is_number(b_ty)
         {
-            let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op.value != BinaryOp::Div;
+            let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op != BinaryOp::Div;
             let ty = if whole { Ty::Int } else { Ty::Float };
-            return self.arithmetic(op.value, a.clone(), b.clone(), ty, left.span.to(right.span));
+            return self.arithmetic(op, a.clone(), b.clone(), ty, a_span.to(b_span));
         }
-        let name = match op.value {
+        let name = match op {
             BinaryOp::Add => "add",
             BinaryOp::Sub => "sub",
             BinaryOp::Mul => "mul",
             _ => "div",
         };
         let mut ports = Vec::new();
-        for (port, value, span) in [("left", a, left.span), ("right", b, right.span)] {
+        for (port, value, span) in [("left", a, a_span), ("right", b, b_span)] {
             match self.array(at, value, span) {
                 Some(id) => ports.push((port, id)),
                 None => return Val::Poison,
             }
         }
-        self.builtin(at, name, BTreeMap::new(), ports, left.span.to(right.span))
+        self.builtin(at, name, BTreeMap::new(), ports, a_span.to(b_span))
     }
 
     fn arithmetic(&mut self, op: BinaryOp, a: Desc, b: Desc, ty: Ty, span: Span) -> Val {

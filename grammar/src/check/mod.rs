@@ -88,6 +88,9 @@ pub fn check(
         seed: None,
         experiment: None,
         n_nodes: 0,
+        n_steps: 0,
+        depth: 0,
+        too_deep: false,
         too_large: false,
     };
     checker.profile();
@@ -136,6 +139,11 @@ struct Checker<'a> {
     experiment: Option<usize>,
     /// Nodes so far.
     n_nodes: usize,
+    /// Expressions evaluated so far, and how deep the one at hand is.
+    n_steps: usize,
+    depth: usize,
+    /// Whether definitions nest too deeply; said once.
+    too_deep: bool,
     /// Whether the program outgrew what can be run; said once.
     too_large: bool,
 }
@@ -166,3 +174,6 @@ impl Checker<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
