@@ -280,7 +280,7 @@ fn words_out_of_place() {
 
 #[test]
 fn broken_expressions() {
-    expression("", &["junk", "IVX0101 1:1 expected an expression, found the end of the file"]);
+    expression("", &["junk", "IVX0101 0:23 expected an expression, found the end of the file"]);
     expression("f(a b)", &["junk", "IVX0101 1:5 expected `,`, `)` or `:`, found `b`"]);
     expression(
         "f(a = 1)",
