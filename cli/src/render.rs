@@ -310,7 +310,7 @@ error IVX0101 at a.ivx:3:14
     fn a_span_of_lines_is_cut_to_its_first() {
         check(
             "let a = 1\n/// nothing\n/// more\n",
-            r#"warning IVX0105 at a.ivx:3:1
+            r"warning IVX0105 at a.ivx:3:1
 
   ! a doc comment stands before nothing
    ,-[a.ivx:3:1]
@@ -322,7 +322,7 @@ error IVX0101 at a.ivx:3:14
    `----
   help: write `//` for a plain comment
 
-"#,
+",
         );
     }
 
