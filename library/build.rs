@@ -1,5 +1,6 @@
 //! Digests the source of the library, so that every record says what computed it.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +21,10 @@ fn main() {
             hash.update(part);
         }
     }
-    let digest: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let mut digest = String::new();
+    for byte in hash.finalize() {
+        write!(digest, "{byte:02x}").expect("strings take everything");
+    }
     println!("cargo::rustc-env=IVX_SOURCE_DIGEST={digest}");
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ivx_grammar::{Diagnostic, Severity, Span};
+use ivx_grammar::{Diagnostic, Label, Severity, Span};
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
     SourceCode, SourceSpan, SpanContents,
@@ -17,13 +17,12 @@ const REACH: usize = 120;
 /// Each diagnostic with its code, message, place, the lines it is about and its help.
 ///
 /// - `sources`: the path shown and the text of each file, in the order of `Span::file`.
-/// - `colour`: whether to colour and to draw in Unicode; otherwise all but the sources is ASCII.
 pub(crate) fn render(
     diagnostics: &[Diagnostic],
     sources: &[(String, String)],
     colour: bool,
 ) -> String {
-    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
+    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let handler = GraphicalReportHandler::new_themed(theme)
         .with_width(WIDTH)
         .with_links(false)
@@ -31,18 +30,33 @@ pub(crate) fn render(
     let sources: Vec<Source> = sources.iter().map(|(path, text)| Source::new(path, text)).collect();
     let mut out = String::new();
     for diagnostic in diagnostics {
-        let report = Report::new(diagnostic, &sources);
+        let report = Report::of(diagnostic, &sources);
         handler.render_report(&mut out, &report).expect("every span is cut to its text");
         out.push('\n');
     }
     out
 }
 
+/// The text, byte for byte in its place, without what would act on a terminal.
+fn safe(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len() + 1);
+    for c in text.chars() {
+        // Controls of writing direction make a line look like another.
+        let acts = c.is_control() && !matches!(c, '\n' | '\r' | '\t');
+        if acts || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
+            safe.extend(std::iter::repeat_n('?', c.len_utf8()));
+        } else {
+            safe.push(c);
+        }
+    }
+    safe
+}
+
 /// A file, made safe to show.
 struct Source {
     path: String,
-    /// The text, byte for byte in its place, without what would act on a terminal. It ends
-    /// with a line break, since miette shows no label behind the last character.
+    /// Its safe text, ending with a line break, since miette shows no label behind the last
+    /// character.
     text: String,
     /// Where each line begins.
     lines: Vec<usize>,
@@ -50,22 +64,13 @@ struct Source {
 
 impl Source {
     fn new(path: &str, text: &str) -> Self {
-        let mut safe = String::with_capacity(text.len() + 1);
-        for c in text.chars() {
-            // Controls of writing direction make a line look like another.
-            let acts = c.is_control() && !matches!(c, '\n' | '\r' | '\t');
-            if acts || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
-                safe.extend(std::iter::repeat_n('?', c.len_utf8()));
-            } else {
-                safe.push(c);
-            }
+        let mut text = safe(text);
+        if !text.ends_with('\n') {
+            text.push('\n');
         }
-        if !safe.ends_with('\n') {
-            safe.push('\n');
-        }
-        let ends = safe.match_indices('\n').map(|(end, _)| end + 1);
+        let ends = text.match_indices('\n').map(|(end, _)| end + 1);
         let lines = std::iter::once(0).chain(ends).collect();
-        Self { path: path.to_owned(), text: safe, lines }
+        Self { path: safe(path), text, lines }
     }
 
     /// The bytes of a span, cut to its first line.
@@ -94,9 +99,9 @@ impl Source {
         self.text[start..at].chars().filter(|c| *c != '\u{feff}').count()
     }
 
-    /// `path:line:column`.
-    fn place(&self, at: usize) -> String {
-        format!("{}:{}:{}", self.path, self.line_of(at) + 1, self.column_of(at) + 1)
+    fn labelled(&self, label: &Label) -> LabeledSpan {
+        let (start, end) = self.range(label.span);
+        LabeledSpan::new(Some(safe(&label.text)), start, end - start)
     }
 }
 
@@ -132,8 +137,9 @@ impl SourceCode for Source {
         let shown = SourceSpan::new(from.into(), to - from);
         let data = &self.text.as_bytes()[from..to];
         let (line, column) = (self.line_of(from), self.column_of(start));
+        let count = self.line_of(to) - line;
         let path = self.path.clone();
-        Ok(Box::new(MietteSpanContents::new_named(path, data, shown, line, column, 0)))
+        Ok(Box::new(MietteSpanContents::new_named(path, data, shown, line, column, count)))
     }
 }
 
@@ -143,54 +149,57 @@ impl fmt::Debug for Source {
     }
 }
 
-/// A diagnostic as miette reads it.
+/// A diagnostic as miette takes it: labels of one file, and those of other files as related.
 #[derive(Debug)]
 struct Report<'a> {
-    diagnostic: &'a Diagnostic,
-    /// `error IVX0101 at a.ivx:2:7`.
-    title: String,
+    code: Option<String>,
+    message: String,
+    severity: miette::Severity,
+    help: Option<String>,
     source: Option<&'a Source>,
     labels: Vec<LabeledSpan>,
-    help: Option<String>,
+    elsewhere: Vec<Self>,
 }
 
 impl<'a> Report<'a> {
-    fn new(diagnostic: &'a Diagnostic, sources: &'a [Source]) -> Self {
+    fn of(diagnostic: &Diagnostic, sources: &'a [Source]) -> Self {
         let source_of = |span: Span| sources.get(span.file as usize);
-        let first = diagnostic.labels.first().map(|label| label.span);
-        let source = first.and_then(source_of);
-        let severity = match diagnostic.code.severity() {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
+        let source = diagnostic.labels.first().and_then(|label| source_of(label.span));
+        let file = diagnostic.labels.first().map(|label| label.span.file);
+        let (here, there): (Vec<&Label>, Vec<&Label>) =
+            diagnostic.labels.iter().partition(|label| Some(label.span.file) == file);
+        let labels = |labels: &[&Label], source: Option<&Source>| {
+            source.map_or(Vec::new(), |source| {
+                labels.iter().map(|label| source.labelled(label)).collect()
+            })
         };
-        let mut title = format!("{severity} {}", diagnostic.code);
-        let mut help: Vec<String> = diagnostic.help.iter().cloned().collect();
-        let mut labels = Vec::new();
-        for label in &diagnostic.labels {
-            let Some(source) = source_of(label.span) else { continue };
-            let (start, end) = source.range(label.span);
-            // miette shows one file for each report.
-            if first.is_none_or(|first| first.file != label.span.file) {
-                help.push(format!("see {}: {}", source.place(start), label.text));
-                continue;
-            }
-            let text = Some(label.text.clone()).filter(|text| !text.is_empty());
-            let span = (start, end - start);
-            labels.push(if labels.is_empty() {
-                title = format!("{title} at {}", source.place(start));
-                LabeledSpan::new_primary_with_span(text, span)
-            } else {
-                LabeledSpan::new_with_span(text, span)
-            });
+        let elsewhere = there.iter().map(|label| Self {
+            code: None,
+            message: safe(&label.text),
+            severity: miette::Severity::Advice,
+            help: None,
+            source: source_of(label.span),
+            labels: labels(&[label], source_of(label.span)),
+            elsewhere: Vec::new(),
+        });
+        Self {
+            code: Some(diagnostic.code.to_string()),
+            message: safe(&diagnostic.message),
+            severity: match diagnostic.code.severity() {
+                Severity::Error => miette::Severity::Error,
+                Severity::Warning => miette::Severity::Warning,
+            },
+            help: diagnostic.help.as_deref().map(safe),
+            source,
+            labels: labels(&here, source),
+            elsewhere: elsewhere.collect(),
         }
-        let help = (!help.is_empty()).then(|| help.join("\n"));
-        Self { diagnostic, title, source, labels, help }
     }
 }
 
 impl fmt::Display for Report<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.diagnostic.message)
+        f.write_str(&self.message)
     }
 }
 
@@ -198,14 +207,11 @@ impl std::error::Error for Report<'_> {}
 
 impl miette::Diagnostic for Report<'_> {
     fn code(&self) -> Option<Box<dyn fmt::Display + '_>> {
-        Some(Box::new(&self.title))
+        self.code.as_ref().map(|code| Box::new(code) as Box<dyn fmt::Display>)
     }
 
     fn severity(&self) -> Option<miette::Severity> {
-        Some(match self.diagnostic.code.severity() {
-            Severity::Error => miette::Severity::Error,
-            Severity::Warning => miette::Severity::Warning,
-        })
+        Some(self.severity)
     }
 
     fn help(&self) -> Option<Box<dyn fmt::Display + '_>> {
@@ -218,6 +224,10 @@ impl miette::Diagnostic for Report<'_> {
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         Some(Box::new(self.labels.iter().cloned()))
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn miette::Diagnostic> + 'a>> {
+        Some(Box::new(self.elsewhere.iter().map(|report| report as &dyn miette::Diagnostic)))
     }
 }
 
@@ -239,43 +249,43 @@ mod tests {
     fn a_fault_is_shown_in_its_line() {
         check(
             "let a == 1\nlet b = 2\n",
-            r#"error IVX0101 at a.ivx:2:7
+            r#"IVX0101
 
-  x expected `=`, found `==`
-   ,-[a.ivx:2:7]
- 1 | edition "2026"
- 2 | let a == 1
-   :       ^|
-   :        `-- expected `=`
- 3 | let b = 2
-   `----
+  × expected `=`, found `==`
+   ╭─[a.ivx:2:7]
+ 1 │ edition "2026"
+ 2 │ let a == 1
+   ·       ─┬
+   ·        ╰── expected `=`
+ 3 │ let b = 2
+   ╰────
   help: write `=`
 
 "#,
         );
         check(
             "\tlet é = \"日本\"\r\nlet b = \"日本\" 2\r\n",
-            r#"error IVX0101 at a.ivx:2:6
+            r#"IVX0101
 
-  x expected a name, found `é`
-   ,-[a.ivx:2:6]
- 1 | edition "2026"
- 2 |     let é = "日本"
-   :         |
-   :         `-- expected a name
- 3 | let b = "日本" 2
-   `----
+  × expected a name, found `é`
+   ╭─[a.ivx:2:6]
+ 1 │ edition "2026"
+ 2 │     let é = "日本"
+   ·         ┬
+   ·         ╰── expected a name
+ 3 │ let b = "日本" 2
+   ╰────
   help: a name is made of `A` to `z`, digits and `_`
 
-error IVX0101 at a.ivx:3:14
+IVX0101
 
-  x expected an operator or the next item, found `2`
-   ,-[a.ivx:3:14]
- 2 |     let é = "日本"
- 3 | let b = "日本" 2
-   :                |
-   :                `-- expected an operator or the next item
-   `----
+  × expected an operator or the next item, found `2`
+   ╭─[a.ivx:3:14]
+ 2 │     let é = "日本"
+ 3 │ let b = "日本" 2
+   ·                ┬
+   ·                ╰── expected an operator or the next item
+   ╰────
 
 "#,
         );
@@ -285,22 +295,22 @@ error IVX0101 at a.ivx:3:14
     fn a_second_place_is_shown_too() {
         check(
             "let a = f(\n  x,\n  y,\n  z,\n  w,\nlet b = 2\n",
-            r#"error IVX0101 at a.ivx:7:1
+            r#"IVX0101
 
-  x expected an expression or `)`, found `let`
-   ,-[a.ivx:2:10]
- 1 | edition "2026"
- 2 | let a = f(
-   :          |
-   :          `-- this `(` is still open
- 3 |   x,
-   `----
-   ,-[a.ivx:7:1]
- 6 |   w,
- 7 | let b = 2
-   : ^|^
-   :  `-- expected an expression or `)`
-   `----
+  × expected an expression or `)`, found `let`
+   ╭─[a.ivx:2:10]
+ 1 │ edition "2026"
+ 2 │ let a = f(
+   ·          ┬
+   ·          ╰── this `(` is still open
+ 3 │   x,
+   ╰────
+   ╭─[a.ivx:7:1]
+ 6 │   w,
+ 7 │ let b = 2
+   · ─┬─
+   ·  ╰── expected an expression or `)`
+   ╰────
 
 "#,
         );
@@ -310,16 +320,16 @@ error IVX0101 at a.ivx:3:14
     fn a_span_of_lines_is_cut_to_its_first() {
         check(
             "let a = 1\n/// nothing\n/// more\n",
-            r"warning IVX0105 at a.ivx:3:1
+            r"IVX0105
 
-  ! a doc comment stands before nothing
-   ,-[a.ivx:3:1]
- 2 | let a = 1
- 3 | /// nothing
-   : ^^^^^|^^^^^
-   :      `-- there is no item that it could describe
- 4 | /// more
-   `----
+  ⚠ a doc comment stands before nothing
+   ╭─[a.ivx:3:1]
+ 2 │ let a = 1
+ 3 │ /// nothing
+   · ─────┬─────
+   ·      ╰── there is no item that it could describe
+ 4 │ /// more
+   ╰────
   help: write `//` for a plain comment
 
 ",
@@ -328,17 +338,21 @@ error IVX0101 at a.ivx:3:14
 
     #[test]
     fn nothing_acts_on_the_terminal() {
+        let known = "edition \"\u{1b}\"";
+        let (_, diagnostics) = parse(known, 0);
+        let said = render(&diagnostics, &[("\u{7}".to_owned(), known.to_owned())], false);
+        assert!(said.contains("edition `?`") && !said.contains(['\u{1b}', '\u{7}']), "{said}");
         check(
             "let a = \u{1b}[31m \u{202e}",
-            r#"error IVX0101 at a.ivx:2:9
+            r#"IVX0101
 
-  x expected an expression, found U+001B
-   ,-[a.ivx:2:9]
- 1 | edition "2026"
- 2 | let a = ?[31m ???
-   :         |
-   :         `-- expected an expression
-   `----
+  × expected an expression, found U+001B
+   ╭─[a.ivx:2:9]
+ 1 │ edition "2026"
+ 2 │ let a = ?[31m ???
+   ·         ┬
+   ·         ╰── expected an expression
+   ╰────
 
 "#,
         );
@@ -349,9 +363,9 @@ error IVX0101 at a.ivx:3:14
         let long = format!("{}let b == 1{}", "let a = 1 ".repeat(1000), " let a = 1".repeat(1000));
         let (_, diagnostics) = parse(&long, 0);
         let said = render(&diagnostics[1..], &[("a.ivx".to_owned(), long)], false);
-        assert!(said.starts_with("error IVX0101 at a.ivx:1:10007\n"), "{said}");
+        assert!(said.contains("[a.ivx:1:10007]"), "{said}");
         assert!(said.contains("= 1 let b == 1 let a"), "{said}");
-        assert!(said.lines().all(|line| line.len() < 2 * REACH + 20), "{said}");
+        assert!(said.lines().all(|line| line.chars().count() < 2 * REACH + 20), "{said}");
     }
 
     #[test]
@@ -364,22 +378,31 @@ error IVX0101 at a.ivx:3:14
         let sources =
             [("a.ivx".to_owned(), "a\nb c".to_owned()), ("b.ivx".to_owned(), String::new())];
         let said = render(&[diagnostic], &sources, false);
-        assert_eq!(
-            said,
-            [
-                "error IVX0309 at b.ivx:1:1\n",
-                "  x said",
-                "   ,-[b.ivx:1:1]",
-                " 1 | ",
-                "   : ^",
-                "   : `-- here",
-                "   `----",
-                "  help: do so",
-                "        see a.ivx:2:3: there\n\n",
-            ]
-            .join("\n"),
-            "\n{said}"
-        );
+        let lines: Vec<_> = said.trim_end().lines().map(str::trim_end).collect();
+        let expected = [
+            "IVX0309",
+            "",
+            "  × said",
+            "   ╭─[b.ivx:1:1]",
+            " 1 │",
+            "   · ▲",
+            "   · ╰── here",
+            "   ╰────",
+            "  help: do so",
+            "",
+            "Advice:",
+            "  ☞ there",
+            "   ╭─[a.ivx:2:3]",
+            " 1 │ a",
+            " 2 │ b c",
+            "   ·   ┬",
+            "   ·   ╰── there",
+            "   ╰────",
+            "",
+            "Advice:",
+            "  ☞ nowhere",
+        ];
+        assert_eq!(lines, expected, "\n{said}");
     }
 
     #[test]

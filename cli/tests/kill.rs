@@ -44,16 +44,20 @@ fn project() -> tempfile::TempDir {
 fn completed_nodes_are_not_run_again_and_the_results_are_the_same() {
     let whole = project();
     said(whole.path(), "exec");
-    let expected = std::fs::read(whole.path().join("results/killed/results.ron")).expect("results are written");
+    let expected = std::fs::read(whole.path().join("results/killed/results.ron"))
+        .expect("results are written");
 
     let killed = project();
     let mut known = 0;
     for _ in 0..4 {
         let mut run = ivx(killed.path(), "exec");
-        let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the command starts");
+        let mut child =
+            run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the command starts");
         let began = Instant::now();
         // Until a few more nodes are done; a machine too fast for that finishes the run instead.
-        while child.try_wait().expect("the child can be asked").is_none() && began.elapsed() < Duration::from_secs(20) {
+        while child.try_wait().expect("the child can be asked").is_none()
+            && began.elapsed() < Duration::from_secs(20)
+        {
             if number(&said(killed.path(), "plan"), "hit") >= known + 4 {
                 break;
             }
@@ -66,8 +70,12 @@ fn completed_nodes_are_not_run_again_and_the_results_are_the_same() {
 
     let last = said(killed.path(), "exec");
     let nodes = number(&last.replace("of ", ""), "nodes");
-    assert!(last.contains(&format!("{} of {nodes} nodes executed", nodes - known)), "{known} were known: {last}");
-    let results = std::fs::read(killed.path().join("results/killed/results.ron")).expect("results are written");
+    assert!(
+        last.contains(&format!("{} of {nodes} nodes executed", nodes - known)),
+        "{known} were known: {last}"
+    );
+    let results = std::fs::read(killed.path().join("results/killed/results.ron"))
+        .expect("results are written");
     assert!(results == expected, "an interrupted run finds the same");
 }
 
@@ -75,7 +83,13 @@ fn completed_nodes_are_not_run_again_and_the_results_are_the_same() {
 fn two_runs_at_once_do_no_node_twice() {
     let project = project();
     let children: Vec<_> = (0..3)
-        .map(|_| ivx(project.path(), "exec").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("starts"))
+        .map(|_| {
+            ivx(project.path(), "exec")
+                .stdout(Stdio::piped())
+                .stderr(Stdio::null())
+                .spawn()
+                .expect("starts")
+        })
         .collect();
     let mut executed = 0;
     let mut nodes = 0;
@@ -83,7 +97,10 @@ fn two_runs_at_once_do_no_node_twice() {
         let output = child.wait_with_output().expect("the child ends");
         assert!(output.status.success());
         let text = String::from_utf8(output.stdout).expect("the command speaks UTF-8");
-        let line = text.lines().find(|line| line.contains("nodes executed")).expect("exec says what it executed");
+        let line = text
+            .lines()
+            .find(|line| line.contains("nodes executed"))
+            .expect("exec says what it executed");
         let mut words = line.split(' ');
         executed += words.next().and_then(|n| n.parse::<usize>().ok()).expect("a number");
         nodes = words.nth(1).and_then(|n| n.parse().ok()).expect("a number");

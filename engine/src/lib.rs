@@ -5,6 +5,7 @@
 
 mod diff;
 mod event;
+mod execute;
 mod expand;
 mod foresee;
 mod key;

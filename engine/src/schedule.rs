@@ -5,7 +5,6 @@
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
@@ -13,13 +12,14 @@ use std::time::{Duration, Instant};
 use ivx_cache::{
     ActionLock, Cache, CacheError, Digest, Fetched, Objects, Output, Provenance, Record,
 };
-use ivx_op::{Array, Artifact as _, Call, Ctx, Gathered, Registry};
+use ivx_op::Registry;
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
 use crate::event::{Event, Listen};
+use crate::execute::{Problem, execute};
 use crate::key::{explain, key, number_digest};
-use crate::plan::{Draw, Plan, Source, Step};
+use crate::plan::{Plan, Source, Step};
 use crate::platform::platform;
 
 /// How a run goes about its work; nothing here can change a result.
@@ -88,13 +88,6 @@ struct Message {
     key: Digest,
     lock: ActionLock,
     result: Result<(Output, u64), Problem>,
-}
-
-enum Problem {
-    /// These inputs have no bytes any more.
-    Missing(Vec<NodeIndex>),
-    Failed(String),
-    Cache(CacheError),
 }
 
 /// Runs every node whose result is not known, and reads the results of `wanted`.
@@ -470,60 +463,4 @@ impl<'a> Run<'a> {
         }
         Ok(again && !self.stopped)
     }
-}
-
-/// Computes one node: what a worker does.
-fn execute(
-    step: &Step,
-    registry: &Registry,
-    objects: &Objects,
-    outputs: &BTreeMap<NodeIndex, Output>,
-) -> Result<(Output, u64), Problem> {
-    let mut bytes: BTreeMap<NodeIndex, Arc<[u8]>> = BTreeMap::new();
-    let mut missing = Vec::new();
-    for (node, output) in outputs {
-        match objects.read(output).map_err(Problem::Cache)? {
-            Fetched::Bytes(read) => {
-                bytes.insert(*node, read);
-            }
-            Fetched::Missing | Fetched::Corrupt { .. } => missing.push(*node),
-        }
-    }
-    if !missing.is_empty() {
-        return Err(Problem::Missing(missing));
-    }
-    let value = |source: &Source| match source {
-        Source::Node(node) => Arc::clone(&bytes[node]),
-        Source::Number(x) => Array::scalar(*x).encode().into(),
-    };
-    let mut call = Call { args: step.args.clone(), ports: BTreeMap::new() };
-    for (name, feds) in &step.ports {
-        let gathered = feds.iter().map(|fed| Gathered {
-            dims: fed.dims.clone(),
-            values: fed.sources.iter().map(value).collect(),
-            name: fed.name.clone(),
-        });
-        call.ports.insert(name.clone(), gathered.collect());
-    }
-    let decl = registry.decl(&step.op).expect("checked programs name known operations");
-    let draw = step.draw.unwrap_or(Draw { seed: 0, member: None });
-    let ctx = Ctx { op: decl.name, seed: draw.seed, member: draw.member };
-    let started = Instant::now();
-    let result = catch_unwind(AssertUnwindSafe(|| registry.run(&step.op, &call, &ctx)));
-    let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
-    let bytes = match result {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(error)) => return Err(Problem::Failed(error.to_string())),
-        Err(panic) => {
-            return Err(Problem::Failed(format!("panicked: {}", panic_text(&*panic))));
-        }
-    };
-    let output = objects.put(&bytes).map_err(Problem::Cache)?;
-    Ok((output, millis))
-}
-
-fn panic_text(panic: &(dyn std::any::Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
-        .unwrap_or("without a message")
 }

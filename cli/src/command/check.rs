@@ -11,7 +11,8 @@ use crate::{OK, Trouble, WRONG};
 pub(crate) fn check(args: &Check, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry)?;
-    let experiments = ready.spec.experiments.len();
-    writeln!(out, "{experiments} experiments, {} nodes: nothing wrong", plan.graph.node_count())?;
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let experiments = count(ready.spec.experiments.len(), "experiment");
+    writeln!(out, "{experiments}, {}: nothing wrong", count(plan.graph.node_count(), "node"))?;
     Ok(OK)
 }

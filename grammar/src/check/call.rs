@@ -207,7 +207,7 @@ impl<'a> Checker<'a> {
                     format!("`{}` is left out", arg.name),
                 );
                 let docs = arg.docs.trim();
-                self.fault(fault.help(format!("write `{}: ...`: {docs}", arg.name)));
+                self.fault(fault.help(format!("write `{}: ...`; {docs}", arg.name)));
                 complete = false;
             }
         }
@@ -263,7 +263,8 @@ impl<'a> Checker<'a> {
                     format!("`{}.{}` must be known before anything runs", decl.name, arg.name);
                 let label = format!("computed: {}", self.describe(&value));
                 let fault = Diagnostic::new(Code::NotLiteral, expr.span, message, label);
-                self.fault(fault.help(format!("expected {ty}")));
+                let help = self.of_type(&ty);
+                self.fault(fault.maybe_help(help));
                 None
             }
             Val::Desc(desc, found) => {
@@ -289,9 +290,16 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The parts that a type asks for, as advice.
-    fn of_type(&self, ty: &Ty) -> Option<String> {
-        let Ty::Part(family) = ty else { return None };
+    /// What a type asks for, as advice.
+    pub(super) fn of_type(&self, ty: &Ty) -> Option<String> {
+        let family = match ty {
+            Ty::Bool => return Some("write `true` or `false`".to_owned()),
+            Ty::Int => return Some("write a whole number, such as `10`".to_owned()),
+            Ty::Float => return Some("write a number, such as `0.5`".to_owned()),
+            Ty::Str => return Some("write text in quotes, such as `\"text\"`".to_owned()),
+            Ty::List(item) => return Some(format!("write a list of {item}, such as `[a, b]`")),
+            Ty::Part(family) => family,
+        };
         let parts = self
             .registry
             .decls()

@@ -145,12 +145,9 @@ impl<'a> Checker<'a> {
         let fits = fit(&ty, &found);
         if fits == Fit::No {
             let message = format!("`{name}` is {ty}, but its value by {by} is {found}");
-            return self.fault(Diagnostic::new(
-                Code::Type,
-                span,
-                message,
-                format!("expected {ty}"),
-            ));
+            let fault = Diagnostic::new(Code::Type, span, message, format!("expected {ty}"));
+            let help = self.of_type(&ty);
+            return self.fault(fault.maybe_help(help));
         }
         self.set_by.insert((scope, name.to_owned()), by);
         Val::Desc(coerce(desc, fits), ty)
@@ -199,7 +196,12 @@ impl<'a> Checker<'a> {
             (family, []) if families.contains(&family) => Some(Ty::Part(family.to_owned())),
             (name, _) => {
                 let known = families.iter().copied().chain(["Bool", "Int", "Float", "Str", "List"]);
-                let help = suggest(name, known);
+                let help = suggest(name, known).or_else(|| {
+                    Some(
+                        "write `Bool`, `Int`, `Float`, `Str`, `List<..>` or a family of parts"
+                            .to_owned(),
+                    )
+                });
                 let message = format!("no type is written `{name}` here");
                 let fault = Diagnostic::new(Code::Type, written.span, message, "unknown type");
                 self.fault(fault.maybe_help(help));

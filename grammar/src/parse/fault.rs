@@ -313,6 +313,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         | Rule::list
         | Rule::parens
         | Rule::named
+        | Rule::callee
         | Rule::arg
         | Rule::axis_values
         | Rule::digits

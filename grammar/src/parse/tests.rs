@@ -38,6 +38,10 @@ fn items() {
         &["(measure m a)", r#"(figure "1" b)"#, r#"(table "2" c)"#, r#"(claim "3" (< d e))"#],
     );
     check(
+        "table \"1\" = table(a) figure \"2\" = figure (b) table \"3\" =\ntable(c)",
+        &[r#"(table "1" (table a))"#, r#"(figure "2" (figure b))"#, r#"(table "3" (table c))"#],
+    );
+    check(
         "experiment a { let b = 1 } experiment c {}",
         &["(experiment a (let b 1))", "(experiment c)"],
     );
@@ -419,6 +423,10 @@ fn good_items_survive_broken_ones() {
             r#"(let c "d")"#,
             r#"IVX0101 1:9 this string is not closed; end it with `"` on the same line; a line break within is written `\n`"#,
         ],
+    );
+    check(
+        "let a = +\n  table(b)\nlet c = 1",
+        &["(let a junk)", "(let c 1)", "IVX0101 1:9 expected an expression, found `+`"],
     );
     check(
         "let a = f(\n  table: 1,\n  = 2)\nlet b = 1",

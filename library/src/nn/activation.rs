@@ -18,17 +18,17 @@ pub trait Activation: Debug + Send + Sync {
 }
 
 declare! {
-    /// `tanh(x)`.
+    /// The hyperbolic tangent, `tanh(x)`.
     pub struct Tanh = "tanh" @ 1 {}
 }
 
 declare! {
-    /// `max(x, 0)`.
+    /// The rectified linear unit, `max(x, 0)`.
     pub struct Relu = "relu" @ 1 {}
 }
 
 declare! {
-    /// `x` above 0 and `exp(x) - 1` below.
+    /// The exponential linear unit: `x` above 0 and `exp(x) - 1` below.
     pub struct Elu = "elu" @ 1 {}
 }
 
