@@ -62,7 +62,10 @@ impl Fault {
     }
 
     pub(super) fn diagnostic(&self, text: &str, file: u32) -> Diagnostic {
-        let place = span(file, self.place, self.end);
+        // What is missing at the end of the file is missing behind its last line.
+        let end = text.trim_end().len();
+        let place = if self.place == text.len() { (end, end) } else { (self.place, self.end) };
+        let place = span(file, place.0, place.1);
         let diagnostic = Diagnostic::new(Code::Syntax, place, &self.message, &self.label)
             .maybe_help(self.help.clone());
         match self.opened {

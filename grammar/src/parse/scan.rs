@@ -191,9 +191,11 @@ pub(super) fn stretch_end(text: &str, start: usize, inside: bool) -> usize {
     count(&text[start..end], &mut braces, &mut others);
     for token in tokens(text, end) {
         let after = token.start + token.text.len();
-        let begins_item = token.first && ITEM_WORDS.contains(&token.text);
-        if begins_item && (braces + others == 0 || names_something(text, after)) {
-            break;
+        if token.first && ITEM_WORDS.contains(&token.text) {
+            let calls = next_byte(text, after) == Some(b'(');
+            if names_something(text, after) || braces + others == 0 && !calls {
+                break;
+            }
         }
         if inside && braces == 0 && token.text == "}" {
             break;
@@ -206,8 +208,12 @@ pub(super) fn stretch_end(text: &str, start: usize, inside: bool) -> usize {
 
 /// Whether a name or a string comes next.
 pub(super) fn names_something(text: &str, from: usize) -> bool {
-    let next = text.as_bytes().get(gap(text, from).next).copied().unwrap_or_default();
-    next.is_ascii_alphabetic() || next == b'_' || next == b'"'
+    let begins = |next: u8| next.is_ascii_alphabetic() || next == b'_' || next == b'"';
+    next_byte(text, from).is_some_and(begins)
+}
+
+fn next_byte(text: &str, from: usize) -> Option<u8> {
+    text.as_bytes().get(gap(text, from).next).copied()
 }
 
 fn count(token: &str, braces: &mut usize, others: &mut usize) {
