@@ -42,7 +42,7 @@ fn an_output_that_moves_raises_its_version() {
         let mut line = format!("{name} {declared} {} {output}", platform());
         for other in before.into_iter().flat_map(|line| line.chunks(2).skip(1)) {
             if other[0] != platform() {
-                line += &format!(" {}", other.join(" "));
+                line = [&line, other[0], other[1]].join(" ");
             }
         }
         lines.push(line);
@@ -73,7 +73,7 @@ fn outputs(project: &Project) -> BTreeMap<String, String> {
             .and_then(|rest| rest.split('"').nth(1))
             .expect("it has an output");
         let all = outputs.entry(op.to_owned()).or_default();
-        *all += &format!("{address} {digest}\n");
+        all.extend([address, " ", digest, "\n"]);
     }
     outputs
 }

@@ -9,8 +9,8 @@ use ivx_op::{Array, Artifact, Dim, Figure, Finding, Gathered, Lit, Outcome as Ve
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
 
+use crate::outcome::{Fate, Outcome};
 use crate::plan::{Family, Plan, Source};
-use crate::schedule::{Fate, Outcome};
 
 /// What a spec's run found out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -195,14 +195,10 @@ fn keep(
     files: Option<BTreeMap<String, String>>,
     into: &mut BTreeMap<String, String>,
 ) -> BTreeMap<String, String> {
-    let safe: String = name
-        .chars()
-        .map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' })
-        .collect();
     let mut digests = BTreeMap::new();
     for (extension, text) in files.unwrap_or_default() {
         digests.insert(extension.clone(), Digest::of(text.as_bytes()).to_string());
-        into.insert(format!("{folder}/{safe}.{extension}"), text);
+        into.insert(format!("{folder}/{name}.{extension}"), text);
     }
     digests
 }

@@ -19,6 +19,7 @@ use petgraph::graph::NodeIndex;
 use crate::event::{Event, Listen};
 use crate::execute::{Problem, execute};
 use crate::key::{explain, key, number_digest};
+use crate::outcome::{Fate, Node, Outcome};
 use crate::plan::{Plan, Source, Step};
 use crate::platform::platform;
 
@@ -31,51 +32,6 @@ pub struct Options {
     pub fail_fast: bool,
     /// The digest of the library's source, for provenance.
     pub library: String,
-}
-
-/// What became of every node.
-#[derive(Clone, Debug, Default)]
-pub struct Outcome {
-    /// By the index of the node.
-    pub nodes: Vec<Node>,
-    /// The bytes of the nodes asked for, as far as there are any.
-    pub values: BTreeMap<NodeIndex, Arc<[u8]>>,
-}
-
-/// What became of one node.
-#[derive(Clone, Debug, Default)]
-pub struct Node {
-    /// Its key, once its inputs were known.
-    pub key: Option<Digest>,
-    /// Its result.
-    pub output: Option<Output>,
-    /// How it came about.
-    pub fate: Fate,
-}
-
-/// How a node's result came about.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Fate {
-    /// The run ended before its turn.
-    #[default]
-    Waiting,
-    /// It was known.
-    Hit,
-    /// It was computed.
-    Ran {
-        /// How long that took.
-        millis: u64,
-    },
-    /// It could not be computed.
-    Failed {
-        /// Why.
-        why: String,
-    },
-    /// It was not run, because of another.
-    Skipped {
-        /// The node that failed.
-        cause: NodeIndex,
-    },
 }
 
 /// How often a node that another process runs is looked at again.
@@ -419,11 +375,12 @@ impl<'a> Run<'a> {
         waiters.extend(waiter);
     }
 
-    /// Expected milliseconds of what is left; `None` where an operation was never seen.
+    /// Expected milliseconds of what is left, not counting operations that were never seen;
+    /// `None` if that is all of them.
     fn left_millis(&mut self) -> Option<u64> {
         let hints = self.cache.hints();
-        let expected = self.left.iter().map(|(op, n)| Some(hints.expected_millis(op)? * n));
-        expected.sum()
+        let expected = self.left.iter().filter_map(|(op, n)| Some(hints.expected_millis(op)? * n));
+        expected.reduce(u64::saturating_add)
     }
 
     /// Notes how a node ended.

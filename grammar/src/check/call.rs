@@ -49,6 +49,9 @@ impl<'a> Checker<'a> {
     }
 
     fn unknown_call(&mut self, at: &At, name: &Name) -> Val {
+        if self.scopes.lost(at.scope, &name.value) {
+            return Val::Poison;
+        }
         let value = self.scopes.find(at.scope, &name.value).is_some();
         let functions = self.scopes.known(at.scope).into_iter().filter(|known| {
             let found = self.scopes.find(at.scope, known);

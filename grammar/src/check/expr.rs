@@ -94,6 +94,9 @@ impl<'a> Checker<'a> {
             return local.clone();
         }
         let Some((scope, item)) = self.scopes.find(at.scope, name) else {
+            if self.scopes.lost(at.scope, name) {
+                return Val::Poison;
+            }
             let known = self.scopes.known(at.scope);
             let help = suggest(name, known.into_iter().chain(at.locals.keys().map(String::as_str)));
             let fault = Diagnostic::new(

@@ -5,6 +5,7 @@
 
 mod axis;
 mod call;
+mod claim;
 mod experiment;
 mod expr;
 mod gather;
@@ -87,6 +88,7 @@ pub fn check(
         active: Vec::new(),
         seed: None,
         experiment: None,
+        files: BTreeMap::new(),
         n_nodes: 0,
         n_steps: 0,
         depth: 0,
@@ -137,6 +139,8 @@ struct Checker<'a> {
     seed: Option<AxisId>,
     /// The scope of the experiment at hand.
     experiment: Option<usize>,
+    /// Figures and tables so far, by what they are and their names.
+    files: BTreeMap<(&'static str, String), crate::Span>,
     /// Nodes so far.
     n_nodes: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.

@@ -158,7 +158,7 @@ impl<'a> Checker<'a> {
     }
 
     /// The operations that result in a kind of artifact, as advice.
-    fn made_by(&self, artifact: &str) -> Option<String> {
+    pub(super) fn made_by(&self, artifact: &str) -> Option<String> {
         let makes =
             |decl: &&Decl| matches!(&decl.role, ivx_op::Role::Op(out) if out.artifact == artifact);
         let makers: Vec<_> = self

@@ -27,6 +27,9 @@ pub(super) struct Scope<'a> {
     pub(super) items: &'a [Item],
     /// Names of other files: the file's scope and the name there.
     pub(super) imports: BTreeMap<&'a str, (usize, &'a str)>,
+    /// Names that a faulty `use` should have brought; `None` if there may be any. Their fault
+    /// was reported.
+    lost: Vec<Option<&'a str>>,
 }
 
 impl<'a> Scopes<'a> {
@@ -62,6 +65,13 @@ impl<'a> Scopes<'a> {
         here.parent.and_then(|parent| self.find(parent, name))
     }
 
+    /// Whether a name is unknown in `scope` only because of a fault that was reported.
+    pub(super) fn lost(&self, scope: usize, name: &str) -> bool {
+        let here = &self.all[scope];
+        here.lost.iter().any(|lost| lost.is_none_or(|lost| lost == name))
+            || here.parent.is_some_and(|parent| self.lost(parent, name))
+    }
+
     /// Every name that can be used in `scope`.
     pub(super) fn known(&self, scope: usize) -> Vec<&'a str> {
         let here = &self.all[scope];
@@ -72,6 +82,7 @@ impl<'a> Scopes<'a> {
 
     fn import(&mut self, project: &'a Project, file: usize, diagnostics: &mut Vec<Diagnostic>) {
         let mut imports: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+        let mut lost = Vec::new();
         for item in &project.files[file].ast.items {
             let ItemKind::Use { path, names } = &item.kind else {
                 continue;
@@ -93,6 +104,7 @@ impl<'a> Scopes<'a> {
                     let fault =
                         Diagnostic::new(Code::UnknownName, span, message, "not declared there");
                     diagnostics.push(fault.maybe_help(suggest(original, theirs.keys().copied())));
+                    lost.push(Some(new));
                 } else if let Some(own) = self.all[file].names.get(new) {
                     diagnostics.push(twice(new, span, own.span));
                 } else {
@@ -101,6 +113,7 @@ impl<'a> Scopes<'a> {
             }
         }
         self.all[file].imports = imports;
+        self.all[file].lost = lost;
     }
 
     fn include(
@@ -164,7 +177,7 @@ impl<'a> Scope<'a> {
                 names.insert(&name.value, item);
             }
         }
-        Self { name, item, parent, names, items, imports: BTreeMap::new() }
+        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost: Vec::new() }
     }
 
     /// What the profile called `profile` sets here.

@@ -1,0 +1,104 @@
+//! Claims: comparisons of two sides that vary over the same.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ivx_op::{Artifact, Lit, Verdict};
+
+use super::Checker;
+use super::expr::At;
+use super::value::Val;
+use crate::ast::{self, ExprKind};
+use crate::ir::{Desc, Expr, ExprId, Feed, Op};
+use crate::{Code, Diagnostic, Span, Spanned};
+
+impl<'a> Checker<'a> {
+    /// The verdict on a claim.
+    pub(super) fn claim(
+        &mut self,
+        at: &At,
+        title: &'a Spanned<String>,
+        value: &'a ast::Expr,
+    ) -> Option<ExprId> {
+        let (op, left, right) = match &value.kind {
+            ExprKind::Binary { op, left, right } if op.value.compares() => (op, left, right),
+            ExprKind::Junk => return None,
+            _ => {
+                let message = "a claim compares two values";
+                let fault = Diagnostic::new(Code::Kind, value.span, message, "not a comparison");
+                self.fault(fault.help("write `left < right`"));
+                return None;
+            }
+        };
+        let (left, right) = (self.side(at, left)?, self.side(at, right)?);
+        if !self.comparable(&left, &right) {
+            return None;
+        }
+        let all = self.spec.expr(left.id).axes.union(&self.spec.expr(right.id).axes).copied();
+        if !self.distinct(&all.collect(), title.span) {
+            return None;
+        }
+        let args = BTreeMap::from([
+            ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
+            ("confidence".to_owned(), Desc::Lit(Lit::Real(0.95))),
+        ]);
+        let ports = [("left", left), ("right", right)];
+        let ports = ports.map(|(port, side)| (port.to_owned(), vec![self.everything(side.id)]));
+        let op = Op { name: "claim".to_owned(), args, ports: ports.into(), stochastic: false };
+        let expr = Expr {
+            address: at.address.clone(),
+            axes: BTreeSet::new(),
+            collected: BTreeSet::new(),
+            artifact: Verdict::KIND.to_owned(),
+            dims: Vec::new(),
+            kind: crate::ir::ExprKind::Op(op),
+        };
+        Some(self.push(expr, value.span))
+    }
+
+    fn side(&mut self, at: &At, side: &'a ast::Expr) -> Option<Side> {
+        let value = self.expr(at, side);
+        let constant = matches!(&value, Val::Desc(desc, _) if desc.axes().is_empty());
+        let id = self.array(at, value, side.span)?;
+        let expr = self.spec.expr(id);
+        let mut over: BTreeSet<String> =
+            self.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect();
+        over.remove(super::axis::SEED);
+        Some(Side { id, span: side.span, constant, over })
+    }
+
+    /// Whether two sides of a claim vary over the same, seeds aside; reports it if not.
+    fn comparable(&mut self, left: &Side, right: &Side) -> bool {
+        if left.constant || right.constant || left.over == right.over {
+            return true;
+        }
+        let (more, less) =
+            if left.over.is_subset(&right.over) { (right, left) } else { (left, right) };
+        let lacking: Vec<_> = more.over.difference(&less.over).map(String::as_str).collect();
+        let message = format!(
+            "one side of the claim varies over `{}`, the other does not",
+            lacking.join("`, `")
+        );
+        let fault = Diagnostic::new(Code::ClaimAxes, less.span, message, "does not vary over it");
+        let help =
+            format!("select or reduce on the other side: `mean(x, over: {})`", lacking.join(", "));
+        self.fault(fault.also(more.span, "varies over it").help(help));
+        false
+    }
+
+    /// A value with everything that it varies over, for what takes labels.
+    fn everything(&self, id: ExprId) -> Feed {
+        let mut gathered: Vec<_> = self.spec.expr(id).axes.iter().copied().collect();
+        gathered.sort_by_key(|axis| self.spec.axis(*axis).name.clone());
+        Feed { expr: id, gathered, labelled: true, name: String::new() }
+    }
+}
+
+/// One side of a claim.
+struct Side {
+    id: ExprId,
+    span: Span,
+    /// Whether it is a number written down.
+    constant: bool,
+    /// What it varies over, seeds aside.
+    over: BTreeSet<String>,
+}
