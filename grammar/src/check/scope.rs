@@ -88,6 +88,12 @@ impl<'a> Scopes<'a> {
                 continue;
             };
             let Some(&from) = project.files[file].links.get(&path.value) else {
+                match names {
+                    None => lost.push(None),
+                    Some(names) => {
+                        lost.extend(names.iter().map(|(_, new)| Some(new.value.as_str())))
+                    }
+                }
                 continue;
             };
             let theirs = &self.all[from].names;
