@@ -91,7 +91,7 @@ impl<'a> Scopes<'a> {
                 match names {
                     None => lost.push(None),
                     Some(names) => {
-                        lost.extend(names.iter().map(|(_, new)| Some(new.value.as_str())))
+                        lost.extend(names.iter().map(|(_, new)| Some(new.value.as_str())));
                     }
                 }
                 continue;
