@@ -37,7 +37,7 @@ fn the_thesis_runs_at_its_smallest() {
     }
     let smallest = [
         "reward_ensemble.members=2",
-        "reward_ensemble.units=4",
+        "reward_ensemble.hidden=[4, 4]",
         "reward_ensemble.steps=3",
         "ignorance.seeds=2",
         "polynomial_regression.seeds=2",
