@@ -117,6 +117,11 @@ codes! {
 
     /// The program expands to more nodes than allowed.
     TooLarge = 501 Error;
+
+    /// A name is declared and not used.
+    Unused = 601 Warning;
+    /// Two samples draw the same numbers and feed one consumer.
+    SharedStream = 602 Warning;
 }
 
 impl std::fmt::Display for Code {

@@ -13,6 +13,11 @@ pub(crate) fn check(args: &Check, out: &mut dyn Write, err: &mut dyn Write) -> R
     let plan = expand(&ready.spec, &ready.registry)?;
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let experiments = count(ready.spec.experiments.len(), "experiment");
-    writeln!(out, "{experiments}, {}: nothing wrong", count(plan.graph.node_count(), "node"))?;
+    let found = if ready.n_warnings == 0 {
+        "nothing wrong".to_owned()
+    } else {
+        count(ready.n_warnings, "warning")
+    };
+    writeln!(out, "{experiments}, {}: {found}", count(plan.graph.node_count(), "node"))?;
     Ok(OK)
 }

@@ -30,6 +30,7 @@ struct Ready {
     spec: ir::Spec,
     loaded: Loaded,
     registry: Registry,
+    n_warnings: usize,
 }
 
 /// Loads and checks a spec. What is wrong with it goes to `err`; with an error among that,
@@ -48,11 +49,15 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let loaded = load(&args.path)?;
     let registry = registry();
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
+    // Of text that does not read, warnings would be noise.
+    let whole = runs(&loaded.diagnostics);
+    let faults = faults.into_iter().filter(|d| whole || d.code.severity() == Severity::Error);
     let mut diagnostics: Vec<Diagnostic> =
         loaded.diagnostics.iter().cloned().chain(faults).collect();
     diagnostics.sort_by_key(|d| d.labels.first().map(|label| label.span));
     tell(&diagnostics, &loaded, err)?;
-    Ok(runs(&diagnostics).then_some(Ready { spec, loaded, registry }))
+    let n_warnings = diagnostics.len();
+    Ok(runs(&diagnostics).then_some(Ready { spec, loaded, registry, n_warnings }))
 }
 
 fn tell(diagnostics: &[Diagnostic], loaded: &Loaded, err: &mut dyn Write) -> Result<(), Trouble> {

@@ -33,6 +33,7 @@ impl<'a> Checker<'a> {
         if let Some((scope, item)) = self.scopes.find(at.scope, &name.value)
             && let ItemKind::Let { name: own, params: Some(params), value } = &item.kind
         {
+            self.uses(at, &name.value);
             return self.function(at, (scope, own), params, value, args, span);
         }
         let registry = self.registry;

@@ -71,7 +71,10 @@ impl<'a> Checker<'a> {
             ExprKind::Float(x) => Val::lit(Lit::Real(*x), Ty::Float),
             ExprKind::Str(s) => Val::lit(Lit::Text(s.clone()), Ty::Str),
             ExprKind::List(items) => self.list(at, items, expr.span),
-            ExprKind::Name(name) => self.name(at, name, expr.span),
+            ExprKind::Name(name) => {
+                self.uses(at, name);
+                self.name(at, name, expr.span)
+            }
             ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
             ExprKind::Select { base, at: selected } => self.select(at, base, selected),
             ExprKind::Field { base, name } => {
@@ -86,6 +89,13 @@ impl<'a> Checker<'a> {
             ExprKind::Binary { .. } => self.binary(at, expr),
             ExprKind::Junk => Val::Poison,
         }
+    }
+
+    /// Notes that an expression uses a name.
+    pub(super) fn uses(&mut self, at: &At, name: &str) {
+        let found = self.scopes.find(at.scope, name).filter(|_| !at.locals.contains_key(name));
+        let declared = found.and_then(|(scope, item)| Some((scope, super::scope::name_of(item)?)));
+        self.used.extend(declared.map(|(scope, name)| (scope, name.value.clone())));
     }
 
     /// What a name stands for.
@@ -377,6 +387,7 @@ impl<'a> Checker<'a> {
             );
         }
         self.spec.exprs.push(expr);
+        self.spans.push(span);
         ExprId(u32::try_from(self.spec.exprs.len() - 1).expect("expressions are counted"))
     }
 

@@ -9,6 +9,7 @@ mod claim;
 mod experiment;
 mod expr;
 mod gather;
+mod lint;
 mod member;
 mod op;
 mod param;
@@ -89,6 +90,8 @@ pub fn check(
         seed: None,
         experiment: None,
         files: BTreeMap::new(),
+        used: BTreeSet::new(),
+        spans: Vec::new(),
         n_nodes: 0,
         n_steps: 0,
         depth: 0,
@@ -98,6 +101,10 @@ pub fn check(
     checker.profile();
     checker.params();
     checker.experiments();
+    if runs(&checker.diagnostics) {
+        checker.unused();
+        checker.shared_streams();
+    }
     let Checker { spec, mut diagnostics, .. } = checker;
     diagnostics.sort_by(|a, b| {
         let place = |d: &Diagnostic| d.labels.first().map(|label| label.span);
@@ -141,6 +148,10 @@ struct Checker<'a> {
     experiment: Option<usize>,
     /// Figures and tables so far, by what they are and their names.
     files: BTreeMap<(&'static str, String), crate::Span>,
+    /// Names that expressions used.
+    used: BTreeSet<(usize, String)>,
+    /// Where each expression of the program stands.
+    spans: Vec<crate::Span>,
     /// Nodes so far.
     n_nodes: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.
