@@ -8,13 +8,14 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use ivx_cache::Cache;
 use ivx_engine::{
-    Fate, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
+    Fate, Options, Outcome, Plan, Report, expand, platform, report, schedule, wanted,
 };
 use ivx_op::Outcome as Verdict;
 use serde::Serialize;
 
 use super::ready;
-use crate::progress::{Progress, spell};
+use super::summary;
+use crate::progress::Progress;
 use crate::{At as _, FAILED, OK, Trouble, WRONG, args, project};
 
 pub(crate) fn exec(
@@ -46,7 +47,7 @@ pub(crate) fn exec(
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report)?;
     write_file(&folder.join("run.ron"), &run_ron(&plan, &outcome, jobs, started))?;
-    summary(&report.results, &plan, &outcome, started, out)?;
+    summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;
     let shown = folder.strip_prefix(&ready.loaded.root).unwrap_or(&folder);
     writeln!(out, "results: {}", shown.join("results.ron").display())?;
     let claims =
@@ -134,50 +135,4 @@ fn run_ron(plan: &Plan, outcome: &Outcome, jobs: usize, started: Instant) -> Str
     ron::ser::to_string_pretty(&run, ron::ser::PrettyConfig::new().indentor(" "))
         .expect("a run is plain data")
         + "\n"
-}
-
-fn summary(
-    results: &Results,
-    plan: &Plan,
-    outcome: &Outcome,
-    started: Instant,
-    out: &mut dyn Write,
-) -> Result<(), Trouble> {
-    for (name, experiment) in &results.experiments {
-        if !experiment.claims.is_empty() {
-            writeln!(out, "{name}")?;
-        }
-        for (words, claim) in &experiment.claims {
-            let outcome =
-                claim.outcome.map_or_else(|| "not run".to_owned(), |outcome| outcome.to_string());
-            let held =
-                claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds).count();
-            let of = claim.findings.len();
-            let detail = match &claim.findings[..] {
-                [one] => match one.interval {
-                    Some((low, high)) => {
-                        format!(
-                            "  difference {:.4} in [{low:.4}, {high:.4}], n = {}",
-                            one.estimate, one.n
-                        )
-                    }
-                    None => String::new(),
-                },
-                _ if of > 1 => format!("  at {held} of {of} coordinates"),
-                _ => String::new(),
-            };
-            writeln!(out, "  {outcome:<9} {words}{detail}")?;
-        }
-    }
-    let count =
-        |wanted: fn(&Fate) -> bool| outcome.nodes.iter().filter(|node| wanted(&node.fate)).count();
-    let ran = count(|fate| matches!(fate, Fate::Ran { .. }));
-    let failed = count(|fate| matches!(fate, Fate::Failed { .. }));
-    let skipped = count(|fate| matches!(fate, Fate::Skipped { .. }));
-    write!(out, "{ran} of {} nodes executed", plan.graph.node_count())?;
-    if failed > 0 {
-        write!(out, ", {failed} failed, {skipped} skipped because of them")?;
-    }
-    writeln!(out, " ({})", spell(started.elapsed()))?;
-    Ok(())
 }

@@ -5,6 +5,7 @@ mod diff;
 mod exec;
 mod ops;
 mod plan;
+mod summary;
 
 use std::io::{IsTerminal as _, Write};
 

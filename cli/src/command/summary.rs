@@ -1,0 +1,108 @@
+//! What `ivx exec` says at its end: claims, then what was run.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use ivx_engine::{Claim, Fate, Outcome, Plan, Results};
+use ivx_grammar::ir::Spec;
+use ivx_op::{Finding, Outcome as Verdict};
+
+use crate::progress::spell;
+
+/// Writes the claims in the order of the spec, and how many nodes were executed.
+pub(super) fn write(
+    spec: &Spec,
+    results: &Results,
+    plan: &Plan,
+    outcome: &Outcome,
+    took: Duration,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    for experiment in spec.experiments.iter().filter(|experiment| !experiment.claims.is_empty()) {
+        writeln!(out, "{}", experiment.name)?;
+        let claims = &results.experiments[&experiment.name].claims;
+        for output in &experiment.claims {
+            claim(&output.name, &claims[&output.name], out)?;
+        }
+    }
+    let count =
+        |wanted: fn(&Fate) -> bool| outcome.nodes.iter().filter(|node| wanted(&node.fate)).count();
+    let ran = count(|fate| matches!(fate, Fate::Ran { .. }));
+    let failed = count(|fate| matches!(fate, Fate::Failed { .. }));
+    let skipped = count(|fate| matches!(fate, Fate::Skipped { .. }));
+    write!(out, "{ran} of {} nodes executed", plan.graph.node_count())?;
+    if failed > 0 {
+        write!(out, ", {failed} failed, {skipped} skipped because of them")?;
+    }
+    writeln!(out, " ({})", spell(took))
+}
+
+/// One line a claim, and one for each coordinate at which it does not hold.
+fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
+    let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |o| o.to_string());
+    let held = claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds);
+    match &claim.findings[..] {
+        [] => writeln!(out, "  {outcome:<9} {words}"),
+        [one] => writeln!(out, "  {outcome:<9} {words}{}", difference(one)),
+        all => {
+            writeln!(
+                out,
+                "  {outcome:<9} {words}  at {} of {} coordinates",
+                held.count(),
+                all.len()
+            )?;
+            for finding in all.iter().filter(|finding| finding.outcome != Verdict::Holds) {
+                let at: Vec<_> =
+                    finding.at.iter().map(|(axis, label)| format!("{axis} = {label}")).collect();
+                writeln!(
+                    out,
+                    "            {} at {}{}",
+                    finding.outcome,
+                    at.join(", "),
+                    difference(finding)
+                )?;
+            }
+            Ok(())
+        }
+    }
+}
+
+fn difference(finding: &Finding) -> String {
+    let Finding { estimate, interval, n, .. } = finding;
+    match interval {
+        Some((low, high)) => {
+            format!("  difference {estimate:.4} in [{low:.4}, {high:.4}], n = {n}")
+        }
+        None if *n > 0 => format!("  difference {estimate:.4}, n = {n}"),
+        None if finding.outcome == Verdict::Holds => String::new(),
+        None => format!("  difference {estimate:.4}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_that_do_not_hold_are_listed() {
+        let finding = |label: &str, outcome, estimate| Finding {
+            at: vec![("ke".into(), label.into())],
+            outcome,
+            estimate,
+            interval: Some((-1.0, 1.0)),
+            n: 8,
+        };
+        let found = Claim {
+            claim: "a < b".into(),
+            outcome: Some(Verdict::Fails),
+            findings: vec![
+                finding("WCM", Verdict::Holds, -0.5),
+                finding("BCM", Verdict::Fails, 0.25),
+            ],
+        };
+        let mut out = Vec::new();
+        claim("less", &found, &mut out).expect("vectors take everything");
+        let expected = "  fails     less  at 1 of 2 coordinates\n            fails at ke = BCM  difference 0.2500 in [-1.0000, 1.0000], n = 8\n";
+        assert_eq!(String::from_utf8_lossy(&out), expected);
+    }
+}
