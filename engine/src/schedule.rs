@@ -219,7 +219,7 @@ impl<'a> Run<'a> {
         for next in next.into_iter().chain(waiters) {
             let waiting = &mut self.waiting[next.index()];
             *waiting -= 1;
-            if *waiting == 0 && self.nodes[next.index()].output.is_none() {
+            if *waiting == 0 {
                 ready.push(next);
             }
         }

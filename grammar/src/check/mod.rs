@@ -1,7 +1,7 @@
 //! From what was written to what is meant.
 //!
 //! Names are evaluated when they are first used, so that the order of declarations does not
-//! matter. A fault gives one diagnostic and [`Val::Poison`], which silences what follows from it.
+//! matter. A fault gives one diagnostic and `Val::Poison`, which silences what follows from it.
 
 mod axis;
 mod call;

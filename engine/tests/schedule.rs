@@ -1,0 +1,174 @@
+//! Runs of small graphs of toy operations.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use ivx_cache::Cache;
+use ivx_engine::{Fate, Fed, Options, Outcome, Plan, Silence, Source, Step, platform, schedule};
+use ivx_op::{Args, Array, Artifact as _, Ctx, Dim, Labels, Named, Op, OpError, Registry, declare};
+use petgraph::graph::NodeIndex;
+
+declare! {
+    /// The sum of what it is given and `x`, many times over so that it is an object.
+    struct Plus = "plus" @ 1 -> Array [n] {
+        /// What is summed.
+        of: Named<Array>;
+        /// What is added.
+        x: f64;
+    }
+}
+
+impl Op for Plus {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        if self.x == 13.0 {
+            return Err(OpError::Failed("unlucky".to_owned()));
+        }
+        assert!(self.x != 666.0, "worse than unlucky");
+        let sum: f64 = self.of.0.values.iter().map(|array| array.values[0]).sum();
+        let labels = Labels::Numbers((0..1000).map(f64::from).collect());
+        Ok(Array::series(Dim::new("n", labels), vec![sum + self.x; 1000]))
+    }
+}
+
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+declare! {
+    /// Another number each time it is called: what an operation must not be.
+    struct Fickle = "fickle" @ 1 -> Array {}
+}
+
+impl Op for Fickle {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let calls = CALLS.fetch_add(1, Ordering::SeqCst);
+        let labels = Labels::Numbers((0..1000).map(f64::from).collect());
+        Ok(Array::series(
+            Dim::new("n", labels),
+            vec![f64::from(u32::try_from(calls).unwrap()); 1000],
+        ))
+    }
+}
+
+/// A plan of `plus` nodes: what each adds, and which earlier nodes it sums.
+fn plan(nodes: &[(f64, &[usize])]) -> Plan {
+    let mut plan = Plan::default();
+    for (i, (x, inputs)) in nodes.iter().enumerate() {
+        let sources = inputs.iter().map(|input| Source::Node(NodeIndex::new(*input))).collect();
+        let fed = Fed { dims: Vec::new(), sources, labelled: false, name: String::new() };
+        let step = Step {
+            address: format!("node {i}"),
+            op: "plus".into(),
+            args: Args::from([("x".into(), (*x).into())]),
+            ports: vec![("of".into(), vec![fed])],
+            draw: None,
+        };
+        let node = plan.graph.add_node(step);
+        for input in *inputs {
+            plan.graph.add_edge(NodeIndex::new(*input), node, ());
+        }
+    }
+    plan
+}
+
+fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
+    let registry = Registry::default().op::<Plus>().op::<Fickle>();
+    let mut cache = Cache::open(root, &platform()).unwrap();
+    let options = Options { jobs: 2, fail_fast: false, library: "toy".into() };
+    let wanted: BTreeSet<NodeIndex> = wanted.iter().map(|i| NodeIndex::new(*i)).collect();
+    let outcome = schedule(plan, &registry, &mut cache, &options, &wanted, &mut Silence).unwrap();
+    cache.close().unwrap();
+    outcome
+}
+
+fn fates(outcome: &Outcome) -> String {
+    let letter = |fate: &Fate| match fate {
+        Fate::Waiting => 'w',
+        Fate::Hit => 'h',
+        Fate::Ran { .. } => 'r',
+        Fate::Failed { .. } => 'f',
+        Fate::Skipped { .. } => 's',
+    };
+    outcome.nodes.iter().map(|node| letter(&node.fate)).collect()
+}
+
+fn first_value(outcome: &Outcome, node: usize) -> f64 {
+    Array::decode(&outcome.values[&NodeIndex::new(node)]).unwrap().values[0]
+}
+
+#[test]
+fn failures_and_panics_skip_only_what_depends_on_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(&[
+        (1.0, &[]),
+        (13.0, &[]),
+        (2.0, &[0, 1]),
+        (666.0, &[0]),
+        (3.0, &[3]),
+        (4.0, &[0]),
+        (5.0, &[2]),
+    ]);
+    let outcome = run(&plan, folder.path(), &[5]);
+    assert_eq!(fates(&outcome), "rfsfsrs");
+    assert_eq!(first_value(&outcome, 5), 5.0);
+    assert_eq!(outcome.nodes[1].fate, Fate::Failed { why: "unlucky".into() });
+    assert!(
+        matches!(&outcome.nodes[3].fate, Fate::Failed { why } if why.contains("worse than unlucky"))
+    );
+    assert_eq!(outcome.nodes[6].fate, Fate::Skipped { cause: NodeIndex::new(1) });
+}
+
+#[test]
+fn equal_bytes_stop_a_change() {
+    let folder = tempfile::tempdir().unwrap();
+    run(&plan(&[(1.0, &[]), (2.0, &[]), (5.0, &[0, 1]), (6.0, &[2])]), folder.path(), &[3]);
+    // 0 + 3 is what 1 + 2 was: node 2 runs, and gives what it gave.
+    let outcome =
+        run(&plan(&[(0.0, &[]), (3.0, &[]), (5.0, &[0, 1]), (6.0, &[2])]), folder.path(), &[3]);
+    assert_eq!(fates(&outcome), "rrrh");
+    // Back again: everything is known.
+    let outcome =
+        run(&plan(&[(1.0, &[]), (2.0, &[]), (5.0, &[0, 1]), (6.0, &[2])]), folder.path(), &[3]);
+    assert_eq!(fates(&outcome), "hhhh");
+}
+
+#[test]
+fn lost_objects_are_made_again_when_they_are_needed() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = [(1.0, [].as_slice()), (2.0, &[0]), (3.0, &[1])];
+    let first = first_value(&run(&plan(&chain), folder.path(), &[2]), 2);
+    std::fs::remove_dir_all(folder.path().join("objects")).unwrap();
+    std::fs::create_dir(folder.path().join("objects")).unwrap();
+    // Nobody needs the bytes: still known.
+    assert_eq!(fates(&run(&plan(&chain), folder.path(), &[])), "hhh");
+    // The last one is wanted, which needs the one before, and so on.
+    let outcome = run(&plan(&chain), folder.path(), &[2]);
+    assert_eq!(fates(&outcome), "rrr");
+    assert_eq!(first_value(&outcome, 2), first);
+    // A new user needs the bytes of a known node.
+    std::fs::remove_dir_all(folder.path().join("objects")).unwrap();
+    std::fs::create_dir(folder.path().join("objects")).unwrap();
+    let longer = [chain[0], chain[1], (9.0, &[1])];
+    assert_eq!(fates(&run(&plan(&longer), folder.path(), &[2])), "rrr");
+}
+
+#[test]
+fn a_second_result_for_one_key_names_the_operation() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plan = Plan::default();
+    let fickle = |op: &str| Step {
+        address: "a fickle node".into(),
+        op: op.into(),
+        args: Args::new(),
+        ports: Vec::new(),
+        draw: None,
+    };
+    plan.graph.add_node(fickle("fickle"));
+    assert_eq!(fates(&run(&plan, folder.path(), &[0])), "r");
+    std::fs::remove_dir_all(folder.path().join("objects")).unwrap();
+    std::fs::create_dir(folder.path().join("objects")).unwrap();
+    let outcome = run(&plan, folder.path(), &[0]);
+    let Fate::Failed { why } = &outcome.nodes[0].fate else {
+        panic!("{:?}", outcome.nodes[0].fate)
+    };
+    assert!(why.contains("fickle@1") && why.contains("a fickle node"), "{why}");
+}
