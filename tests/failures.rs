@@ -83,7 +83,7 @@ fn differences_between_results_are_told() {
 #[test]
 fn a_missing_spec_and_a_wrong_command_are_told() {
     let said = run(vec!["ivx".into(), "exec".into(), "no/such.ivx".into()]);
-    assert_eq!(said.code, 3);
+    assert_eq!(said.code, 2);
     assert!(said.err.contains("no/such.ivx"), "{}", said.err);
     assert_eq!(run(vec!["ivx".into(), "exce".into()]).code, 2);
     assert_eq!(run(vec!["ivx".into(), "--help".into()]).code, 0);

@@ -49,6 +49,8 @@ fn comments_names_and_the_order_of_arguments_do_not_matter() {
         0
     );
     assert_eq!(executed_after(|spec| spec.replace("model", "learned")), 0);
+    assert_eq!(executed_after(|spec| spec.replace("drawn", "shown")), 0);
+    assert_eq!(executed_after(|spec| spec.replace("(data[seed: 0]", "( // why\n data[seed:0]")), 0);
     assert_eq!(
         executed_after(|spec| spec.replace("on: data, steps: 20", "steps: 20, on: data")),
         0
@@ -150,4 +152,27 @@ fn damaged_bytes_are_computed_again_and_never_served() {
 fn without_run(mut files: Vec<(String, Vec<u8>)>) -> Vec<(String, Vec<u8>)> {
     files.retain(|(name, _)| name != "run.ron");
     files
+}
+
+#[test]
+fn a_cache_without_objects_is_filled_again() {
+    let project =
+        Project::with(&[("small.ivx", &SMALL.replace("hidden: [8]", "hidden: [32, 32]"))]);
+    project.executed("small.ivx", &[]);
+    let first = without_run(project.files("results/small"));
+    std::fs::remove_dir_all(project.path(".ivx/cache/objects")).expect("objects can be removed");
+    project.executed("small.ivx", &[]);
+    assert_eq!(without_run(project.files("results/small")), first);
+}
+
+#[test]
+fn every_node_has_an_address_of_its_own() {
+    let project = Project::with(&[("every_op.ivx", include_str!("specs/every_op.ivx"))]);
+    let said = project.run("plan", "every_op.ivx", &["--nodes"]);
+    let mut addresses: Vec<&str> =
+        said.out.lines().filter_map(|line| line.split_once(' ')).map(|(_, a)| a).collect();
+    let n = addresses.len();
+    addresses.sort_unstable();
+    addresses.dedup();
+    assert_eq!(addresses.len(), n);
 }

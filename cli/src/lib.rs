@@ -56,7 +56,7 @@ pub fn run(
         Err(trouble) => {
             // Where this cannot be written either, the code is all that is left.
             let _ = writeln!(err, "error: {trouble}");
-            BROKEN
+            if matches!(trouble, Trouble::Spec { .. }) { WRONG } else { BROKEN }
         }
     }
 }
@@ -74,6 +74,14 @@ enum Trouble {
     #[error("{path}: {source}")]
     File {
         /// Which.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The spec cannot be read.
+    #[error("{path}: {source}")]
+    Spec {
+        /// Its path.
         path: String,
         /// Why.
         source: std::io::Error,

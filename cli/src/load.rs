@@ -8,7 +8,7 @@ use ivx_grammar::ast::ItemKind;
 use ivx_grammar::check::{File, Project};
 use ivx_grammar::{Code, Diagnostic, Spanned, parse, suggest};
 
-use crate::{At as _, Trouble, project};
+use crate::{Trouble, project};
 
 /// A spec's files, and what is wrong with them so far.
 pub(crate) struct Loaded {
@@ -25,14 +25,15 @@ pub(crate) struct Loaded {
 /// # Errors
 /// If the spec itself cannot be read. Other files that cannot are diagnostics.
 pub(crate) fn load(spec: &Path) -> Result<Loaded, Trouble> {
-    let path = fs::canonicalize(spec).at(spec)?;
+    let unread = |source| Trouble::Spec { path: spec.display().to_string(), source };
+    let path = fs::canonicalize(spec).map_err(unread)?;
     let root = project::root(&path);
     let mut loader = Loader {
         loaded: Loaded { project: Project::default(), diagnostics: Vec::new(), root },
         known: BTreeMap::new(),
         open: Vec::new(),
     };
-    let text = fs::read_to_string(&path).at(spec)?;
+    let text = fs::read_to_string(&path).map_err(unread)?;
     loader.file(&path, text);
     Ok(loader.loaded)
 }

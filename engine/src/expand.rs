@@ -28,7 +28,13 @@ pub struct ExpandError {
 /// # Panics
 /// If the spec was not checked.
 pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
-    let mut expansion = Expansion { spec, registry, plan: Plan::default(), known: BTreeMap::new() };
+    let mut expansion = Expansion {
+        spec,
+        registry,
+        plan: Plan::default(),
+        addresses: BTreeMap::new(),
+        known: BTreeMap::new(),
+    };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
     for (i, expr) in spec.exprs.iter().enumerate().filter(|(i, _)| needed[*i]) {
@@ -92,6 +98,8 @@ struct Expansion<'a> {
     spec: &'a Spec,
     registry: &'a Registry,
     plan: Plan,
+    /// How many nodes there are of each address.
+    addresses: BTreeMap<String, usize>,
     /// Nodes by what they compute.
     known: BTreeMap<Vec<u8>, NodeIndex>,
 }
@@ -157,8 +165,8 @@ impl Expansion<'_> {
             ports.push((name.clone(), feds.collect()));
         }
         let draw = op.stochastic.then(|| self.draw(place));
-        let step =
-            Step { address: self.address(expr, place), op: op.name.clone(), args, ports, draw };
+        let address = self.address(expr, place);
+        let mut step = Step { address, op: op.name.clone(), args, ports, draw };
         let mut identity = Vec::new();
         let node_bytes = |source: &Source| match source {
             Source::Node(node) => (node.index() as u64).to_le_bytes().to_vec(),
@@ -167,6 +175,12 @@ impl Expansion<'_> {
         key::walk(&step, self.registry, node_bytes, &mut identity);
         if let Some(node) = self.known.get(&identity) {
             return Ok(*node);
+        }
+        // Parts of one expression without names of their own are told apart by number.
+        let alike = self.addresses.entry(step.address.clone()).or_default();
+        *alike += 1;
+        if *alike > 1 {
+            step.address = format!("{}#{alike}", step.address);
         }
         let sources: Vec<Source> = step.sources().collect();
         let node = self.plan.graph.add_node(step);

@@ -44,7 +44,7 @@ impl Op for Fickle {
         let labels = Labels::Numbers((0..1000).map(f64::from).collect());
         Ok(Array::series(
             Dim::new("n", labels),
-            vec![f64::from(u32::try_from(calls).unwrap()); 1000],
+            vec![f64::from(u32::try_from(calls).expect("few calls")); 1000],
         ))
     }
 }
@@ -72,11 +72,12 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
 
 fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
     let registry = Registry::default().op::<Plus>().op::<Fickle>();
-    let mut cache = Cache::open(root, &platform()).unwrap();
+    let mut cache = Cache::open(root, &platform()).expect("the cache opens");
     let options = Options { jobs: 2, fail_fast: false, library: "toy".into() };
     let wanted: BTreeSet<NodeIndex> = wanted.iter().map(|i| NodeIndex::new(*i)).collect();
-    let outcome = schedule(plan, &registry, &mut cache, &options, &wanted, &mut Silence).unwrap();
-    cache.close().unwrap();
+    let outcome = schedule(plan, &registry, &mut cache, &options, &wanted, &mut Silence)
+        .expect("the cache works");
+    cache.close().expect("the cache closes");
     outcome
 }
 
@@ -92,7 +93,7 @@ fn fates(outcome: &Outcome) -> String {
 }
 
 fn first_value(outcome: &Outcome, node: usize) -> f64 {
-    Array::decode(&outcome.values[&NodeIndex::new(node)]).unwrap().values[0]
+    Array::decode(&outcome.values[&NodeIndex::new(node)]).expect("it decodes").values[0]
 }
 
 #[test]

@@ -73,12 +73,20 @@ impl<'a> Checker<'a> {
                         self.twice(name, first);
                     }
                     let expr = self.claim(&at(&name.value), name, value);
-                    done.claims.extend(output(&name.value, expr, self.text(value.span)));
+                    done.claims.extend(output(&name.value, expr, self.source(value.span)));
                 }
                 _ => {}
             }
         }
         Experiment { name, ..done }
+    }
+
+    /// The source text of a stretch on one line, without comments.
+    fn source(&self, span: Span) -> String {
+        let text = &self.project.files[span.file as usize].text;
+        let text = text.get(span.start as usize..span.end as usize).unwrap_or_default();
+        let plain = text.lines().map(|line| &line[..comment(line).unwrap_or(line.len())]);
+        plain.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
     }
 
     fn twice(&mut self, title: &Spanned<String>, first: Span) {
@@ -127,5 +135,29 @@ impl<'a> Checker<'a> {
         };
         self.fault(fault);
         None
+    }
+}
+
+/// Where a comment begins in a line, if there is one outside of strings.
+fn comment(line: &str) -> Option<usize> {
+    let (mut quoted, mut escaped) = (false, false);
+    line.char_indices().find_map(|(i, c)| {
+        if !quoted && line[i..].starts_with("//") {
+            return Some(i);
+        }
+        quoted ^= c == '"' && !escaped;
+        escaped = quoted && c == '\\' && !escaped;
+        None
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_begin_outside_of_strings() {
+        assert_eq!(comment(r#"x["a//b\"//"] < 1.0 // why"#), Some(20));
+        assert_eq!(comment(r#"x["a"] < 1.0"#), None);
     }
 }

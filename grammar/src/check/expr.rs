@@ -8,7 +8,7 @@ use ivx_op::{Array, Artifact, Lit, Ty};
 use super::value::{Fit, Val, coerce, fit, fold, join, nothing};
 use super::{Checker, MAX_NODES};
 use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
-use crate::ir::{Desc, Expr, ExprId, Feed};
+use crate::ir::{AxisId, Desc, Expr, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, ir, suggest};
 
 /// Most expressions evaluated for one program: functions that call others often end here.
@@ -334,7 +334,7 @@ impl<'a> Checker<'a> {
                 expr.dims.iter().filter(|dim| !dims.contains(dim)).cloned().collect::<Vec<_>>(),
             );
         }
-        if !self.distinct(&axes, span) {
+        if !self.distinct(&axes, span) || !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }
         let feed =
@@ -355,7 +355,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Whether no two of the axes bear one name; reports it if they do.
-    pub(super) fn distinct(&mut self, axes: &BTreeSet<crate::ir::AxisId>, span: Span) -> bool {
+    pub(super) fn distinct(&mut self, axes: &BTreeSet<AxisId>, span: Span) -> bool {
         let mut names: BTreeMap<String, usize> = BTreeMap::new();
         for axis in axes {
             let axis = self.spec.axis(*axis);
@@ -370,6 +370,17 @@ impl<'a> Checker<'a> {
             }
         }
         true
+    }
+
+    /// Whether no axis bears the name of a dimension inside the value; reports it if one does.
+    pub(super) fn apart(&mut self, axes: &BTreeSet<AxisId>, dims: &[String], span: Span) -> bool {
+        let Some(clash) = self.names(axes).into_iter().find(|name| dims.contains(name)) else {
+            return true;
+        };
+        let message = format!("`{clash}` is both an axis and a dimension of this value");
+        let fault = Diagnostic::new(Code::Dimensions, span, message, "they cannot be told apart");
+        self.fault(fault.help("give the axis another name"));
+        false
     }
 
     /// Adds an expression to the program.

@@ -80,11 +80,8 @@ impl<'a> Checker<'a> {
             }
             Gather::Collected => Some(by_name(self, expr.collected.iter().copied().collect())),
             Gather::Named => {
-                let axes = expr.axes.iter().copied();
-                let named = taken
-                    .iter()
-                    .filter_map(|name| axes.clone().find(|a| self.spec.axis(*a).name == *name));
-                Some(named.collect())
+                let named = |axis: &AxisId| taken.contains(&self.spec.axis(*axis).name.as_str());
+                Some(by_name(self, expr.axes.iter().copied().filter(named).collect()))
             }
             Gather::Members => {
                 let member =

@@ -7,7 +7,7 @@ use ivx_op::{ArgDecl, ArgKind, Array, Artifact, Decl, Dims, Gather, Lit, OutDecl
 use super::Checker;
 use super::expr::At;
 use super::value::Val;
-use crate::ast::{self, ExprKind};
+use crate::ast::{self, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed, Op};
 use crate::{Code, Diagnostic, Span};
 
@@ -96,12 +96,21 @@ impl<'a> Checker<'a> {
         if !self.distinct(&everything, span) {
             return Val::Poison;
         }
+        let reduces = fed.iter().any(|feed| feed.port.gather == Gather::Named);
         for (arg, names) in &named {
-            let names =
-                names.iter().map(|(name, _)| Lit::Text(self.travelling(&fed, &ports, name)));
-            descs.insert(arg.name.to_owned(), Desc::Lit(Lit::List(names.collect())));
+            let names = names.iter().map(|(name, _)| self.travelling(&fed, &ports, name));
+            let mut names: Vec<String> = names.collect();
+            if reduces {
+                names.sort_unstable();
+                names.dedup();
+            }
+            let names = Lit::List(names.into_iter().map(Lit::Text).collect());
+            descs.insert(arg.name.to_owned(), Desc::Lit(names));
         }
         let dims = self.dims(out.dims, &fed, &taken);
+        if !self.apart(&axes, &dims, span) {
+            return Val::Poison;
+        }
         let op = Op { name: decl.name.to_owned(), args: descs, ports, stochastic };
         let expr = Expr {
             address: at.address.clone(),
@@ -152,7 +161,7 @@ impl<'a> Checker<'a> {
                 }
             };
             sound &= id.is_some();
-            fed.extend(id.map(|id| (id, item.span, self.text(item.span))));
+            fed.extend(id.map(|id| (id, item.span, self.measure(at, item))));
         }
         sound.then_some(fed)
     }
@@ -171,11 +180,19 @@ impl<'a> Checker<'a> {
         (!makers.is_empty()).then(|| format!("a {artifact} comes from {}", makers.join(", ")))
     }
 
-    /// The source text of a stretch, on one line.
-    pub(super) fn text(&self, span: Span) -> String {
-        let text = &self.project.files[span.file as usize].text;
-        let text = text.get(span.start as usize..span.end as usize).unwrap_or_default();
-        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    /// The name under which a value travels to figures and tables: that of the measure it is or
+    /// is a part of. Other names are bindings, which no key may depend on.
+    fn measure(&self, at: &At, expr: &ast::Expr) -> String {
+        match &expr.kind {
+            ExprKind::Select { base, .. } => self.measure(at, base),
+            ExprKind::Name(name) if !at.locals.contains_key(name) => {
+                match self.scopes.find(at.scope, name).map(|(_, item)| &item.kind) {
+                    Some(ItemKind::Measure { name, .. }) => name.value.clone(),
+                    _ => String::new(),
+                }
+            }
+            _ => String::new(),
+        }
     }
 
     fn axis_names(

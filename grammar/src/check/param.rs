@@ -1,11 +1,13 @@
 //! Parameters: default, then profile, then command line.
 
+use std::collections::BTreeMap;
+
 use ivx_op::{Lit, Ty};
 
 use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
-use crate::ast::{Expr, ItemKind, TyExpr};
+use crate::ast::{Expr, ItemKind, Name, TyExpr};
 use crate::ir::{Desc, Place};
 use crate::{Code, Diagnostic, Span, suggest};
 
@@ -40,6 +42,7 @@ impl<'a> Checker<'a> {
     /// Evaluates every parameter, and reports what is set but not declared.
     pub(super) fn params(&mut self) {
         let mut known: Vec<(String, &'a str)> = Vec::new();
+        let mut places: BTreeMap<String, Span> = BTreeMap::new();
         for scope in 0..self.scopes.all.len() {
             let names: Vec<_> = self.scopes.all[scope].names.values().copied().collect();
             for item in names {
@@ -47,6 +50,12 @@ impl<'a> Checker<'a> {
                     continue;
                 };
                 let address = format!("{}.{}", self.scopes.all[scope].name, name.value);
+                if let Some(first) = places.insert(address.clone(), name.span) {
+                    let message = format!("two parameters have the address `{address}`");
+                    let fault = Diagnostic::new(Code::Shadowing, name.span, message, "and here");
+                    let help = "give one of the files, or of the parameters, another name";
+                    self.fault(fault.also(first, "here").help(help));
+                }
                 let value = self.name(&At::new(scope, String::new()), &name.value, name.span);
                 if let (Val::Desc(Desc::Lit(lit), _), true) =
                     (value, scope < self.project.files.len())
@@ -55,7 +64,7 @@ impl<'a> Checker<'a> {
                 }
                 known.push((address, &name.value));
             }
-            self.unknown_in_profiles(scope);
+            self.profiles(scope);
         }
         for (set, _) in &self.settings.sets {
             let matching = known.iter().filter(|(address, name)| address == set || name == set);
@@ -74,33 +83,41 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn unknown_in_profiles(&mut self, scope: usize) {
+    /// Reports what the profiles of a scope say twice, or of no parameter.
+    fn profiles(&mut self, scope: usize) {
+        let mut profiles: BTreeMap<&str, Span> = BTreeMap::new();
         for item in self.scopes.all[scope].items {
             let ItemKind::Profile { name: profile, sets } = &item.kind else {
                 continue;
             };
+            if let Some(first) = profiles.insert(&profile.value, profile.span) {
+                self.fault(super::scope::twice(&profile.value, profile.span, first));
+            }
+            let mut given: BTreeMap<&str, Span> = BTreeMap::new();
             for (name, _) in sets {
-                let here = &self.scopes.all[scope].names;
-                if matches!(here.get(name.value.as_str()), Some(item) if matches!(item.kind, ItemKind::Param { .. }))
-                {
-                    continue;
+                if let Some(first) = given.insert(&name.value, name.span) {
+                    let message = format!("`{}` is set twice", name.value);
+                    let fault = Diagnostic::new(Code::TwiceGiven, name.span, message, "set again");
+                    self.fault(fault.also(first, "first set here"));
                 }
-                let params =
-                    here.iter().filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
-                let help = suggest(&name.value, params.map(|(name, _)| *name));
-                let message = format!(
-                    "profile `{}` sets `{}`, which is no parameter here",
-                    profile.value, name.value
-                );
-                let fault = Diagnostic::new(
-                    Code::UnknownParameter,
-                    name.span,
-                    message,
-                    "not declared here",
-                );
-                self.fault(fault.maybe_help(help));
+                self.known_parameter(scope, &profile.value, name);
             }
         }
+    }
+
+    fn known_parameter(&mut self, scope: usize, profile: &str, name: &Name) {
+        let here = &self.scopes.all[scope].names;
+        let params = here.iter().filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
+        let mut params = params.map(|(param, _)| *param);
+        if params.clone().any(|param| param == name.value) {
+            return;
+        }
+        let help = suggest(&name.value, params.by_ref());
+        let message =
+            format!("profile `{profile}` sets `{}`, which is no parameter here", name.value);
+        let fault =
+            Diagnostic::new(Code::UnknownParameter, name.span, message, "not declared here");
+        self.fault(fault.maybe_help(help));
     }
 
     fn unplaced(&mut self, message: String, help: Option<String>) {
@@ -123,34 +140,43 @@ impl<'a> Checker<'a> {
         };
         let by_hand = self.settings.sets.iter().rev();
         let by_hand = by_hand.clone().find(|(set, _)| *set == address || (set == name && unique()));
-        let in_profile = self.profile.clone().and_then(|profile| {
-            let sets = self.scopes.all[scope].profile(&profile)?;
-            sets.iter().rev().find(|(set, _)| set.value == name).map(|(_, expr)| (profile, expr))
-        });
-        let (value, by, span) = match (by_hand, in_profile) {
-            (Some((_, lit)), _) => {
-                (Val::lit(lit.clone(), self.type_of(lit)), "`--set`".to_owned(), default.span)
+        let by_hand = by_hand.map(|(_, lit)| lit.clone());
+        let Some(ty) = self.ty(ty) else { return Val::Poison };
+        // Every value that a parameter can get is checked, whichever it gets.
+        let value = self.known_before(scope, default);
+        let mut chosen = self.typed(name, &ty, value, default.span, "default");
+        for item in self.scopes.all[scope].items {
+            let ItemKind::Profile { name: profile, sets } = &item.kind else { continue };
+            for (_, expr) in sets.iter().filter(|(set, _)| set.value == name) {
+                let by = format!("profile `{}`", profile.value);
+                let value = self.known_before(scope, expr);
+                let value = self.typed(name, &ty, value, expr.span, &by);
+                if self.profile.as_ref() == Some(&profile.value) {
+                    chosen = value;
+                }
             }
-            (None, Some((profile, expr))) => {
-                (self.known_before(scope, expr), format!("profile `{profile}`"), expr.span)
-            }
-            (None, None) => (self.known_before(scope, default), "default".to_owned(), default.span),
-        };
-        let Some(ty) = self.ty(ty) else {
-            return Val::Poison;
-        };
-        let Val::Desc(desc, found) = value else {
-            return Val::Poison;
-        };
-        let fits = fit(&ty, &found);
+        }
+        if let Some(lit) = by_hand {
+            let value = Val::lit(lit.clone(), self.type_of(&lit));
+            chosen = self.typed(name, &ty, value, default.span, "`--set`");
+        }
+        let (value, by) = chosen;
+        self.set_by.insert((scope, name.to_owned()), by);
+        value
+    }
+
+    /// A value as the parameter's type asks for it, and who set it.
+    fn typed(&mut self, name: &str, ty: &Ty, value: Val, span: Span, by: &str) -> (Val, String) {
+        let by = by.to_owned();
+        let Val::Desc(desc, found) = value else { return (Val::Poison, by) };
+        let fits = fit(ty, &found);
         if fits == Fit::No {
             let message = format!("`{name}` is {ty}, but its value by {by} is {found}");
             let fault = Diagnostic::new(Code::Type, span, message, format!("expected {ty}"));
-            let help = self.of_type(&ty);
-            return self.fault(fault.maybe_help(help));
+            let help = self.of_type(ty);
+            return (self.fault(fault.maybe_help(help)), by);
         }
-        self.set_by.insert((scope, name.to_owned()), by);
-        Val::Desc(coerce(desc, fits), ty)
+        (Val::Desc(coerce(desc, fits), ty.clone()), by)
     }
 
     /// The value of an expression that mentions no axis and computes nothing.

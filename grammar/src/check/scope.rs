@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Project;
-use crate::ast::{Expr, Item, ItemKind, Name};
+use crate::ast::{Item, ItemKind, Name};
 use crate::{Code, Diagnostic, suggest};
 
 /// The scopes of a project: first one a file, then one an experiment.
@@ -185,14 +185,6 @@ impl<'a> Scope<'a> {
         }
         Self { name, item, parent, names, items, imports: BTreeMap::new(), lost: Vec::new() }
     }
-
-    /// What the profile called `profile` sets here.
-    pub(super) fn profile(&self, profile: &str) -> Option<&'a [(Name, Expr)]> {
-        self.items.iter().find_map(|item| match &item.kind {
-            ItemKind::Profile { name, sets } if name.value == profile => Some(sets.as_slice()),
-            _ => None,
-        })
-    }
 }
 
 /// The name that expressions can use for what an item declares.
@@ -206,7 +198,8 @@ pub(super) fn name_of(item: &Item) -> Option<&Name> {
     }
 }
 
-fn twice(name: &str, span: crate::Span, first: crate::Span) -> Diagnostic {
+/// A name declared twice.
+pub(super) fn twice(name: &str, span: crate::Span, first: crate::Span) -> Diagnostic {
     let message = format!("`{name}` is declared twice");
     Diagnostic::new(Code::Shadowing, span, message, "declared again")
         .also(first, "first declared here")

@@ -79,6 +79,10 @@ impl<'a> Checker<'a> {
                 let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
                 return self.fault(fault.maybe_help(help));
             };
+            if places.contains(&place) {
+                let message = format!("label {label} is selected twice");
+                return self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
+            }
             places.push(place);
         }
         if !matches!(label, Lit::List(_)) {
@@ -145,7 +149,14 @@ impl<'a> Checker<'a> {
             Some(x) => Lit::Text(x.to_string()),
             None => lit,
         };
-        let labels = Lit::List(labels.into_iter().map(text).collect());
+        let labels: Vec<Lit> = labels.into_iter().map(text).collect();
+        if let Some(again) =
+            labels.iter().enumerate().find(|(i, label)| labels[..*i].contains(label))
+        {
+            let message = format!("label {} is selected twice", again.1);
+            return self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
+        }
+        let labels = Lit::List(labels);
         let args = BTreeMap::from([
             ("dim".to_owned(), Desc::Lit(dim.into())),
             ("at".to_owned(), Desc::Lit(labels)),
