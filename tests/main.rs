@@ -1,7 +1,9 @@
 //! Tests that cross the boundaries of ivx's crates.
 
 mod cases;
+mod examples;
 mod experiments;
+mod explain;
 mod failures;
 mod project;
 mod reruns;

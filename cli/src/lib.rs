@@ -48,6 +48,7 @@ pub fn run(
         Command::Plan(args) => command::plan(args, out, err),
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
+        Command::Explain(args) => command::explain(args, out, err),
     };
     match done {
         Ok(code) => code,

@@ -3,6 +3,7 @@
 mod check;
 mod diff;
 mod exec;
+mod explain;
 mod ops;
 mod plan;
 
@@ -22,6 +23,7 @@ use crate::{Trouble, colours};
 pub(crate) use check::check;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
+pub(crate) use explain::explain;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
 
