@@ -5,6 +5,7 @@ mod command;
 mod load;
 mod progress;
 mod project;
+mod reference;
 mod render;
 
 use std::ffi::OsString;
@@ -13,6 +14,8 @@ use std::io::Write;
 use clap::Parser as _;
 
 use args::{Args, Command};
+
+pub use reference::reference;
 
 /// Everything went well.
 pub const OK: u8 = 0;
