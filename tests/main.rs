@@ -6,6 +6,7 @@ mod examples;
 mod experiments;
 mod explain;
 mod failures;
+mod new;
 mod project;
 mod reruns;
 mod tidy;

@@ -38,6 +38,9 @@ pub(crate) enum Command {
     /// Say what a fault such as IVX0302 means, or list them all.
     #[command(after_help = "Example: ivx explain IVX0302")]
     Explain(Explain),
+    /// Write a small spec to begin with.
+    #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
+    New(New),
 }
 
 /// Which spec, and with which parameters.
@@ -112,4 +115,10 @@ pub(crate) struct Ops {
 pub(crate) struct Explain {
     /// Only this one, with an example.
     pub(crate) code: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct New {
+    /// The name of the spec; the file is NAME.ivx, and must not be there.
+    pub(crate) name: PathBuf,
 }

@@ -4,6 +4,7 @@ mod check;
 mod diff;
 mod exec;
 mod explain;
+mod new;
 mod ops;
 mod plan;
 
@@ -24,6 +25,7 @@ pub(crate) use check::check;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
 pub(crate) use explain::explain;
+pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
 
