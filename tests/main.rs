@@ -2,6 +2,7 @@
 
 mod cases;
 mod docs;
+mod editors;
 mod examples;
 mod experiments;
 mod explain;
