@@ -3,8 +3,18 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::examples::try_all;
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+#[test]
+fn the_specs_in_documents_do_what_they_should() {
+    for (path, least) in [("README.md", 1), ("docs/language.md", 15)] {
+        let text = fs::read_to_string(root().join(path)).expect("the document is there");
+        assert!(try_all(path, &text) >= least, "{path} has its blocks");
+    }
 }
 
 /// `BLESS=1` rewrites the reference; review the difference.
