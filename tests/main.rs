@@ -1,8 +1,13 @@
 //! Tests that cross the boundaries of ivx's crates.
 
 mod cases;
+mod docs;
+mod editors;
+mod examples;
 mod experiments;
+mod explain;
 mod failures;
+mod new;
 mod project;
 mod reruns;
 mod tidy;

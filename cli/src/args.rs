@@ -35,6 +35,12 @@ pub(crate) enum Command {
     /// List the operations and parts that specs can use.
     #[command(after_help = "Example: ivx ops argmax")]
     Ops(Ops),
+    /// Say what a fault such as IVX0302 means, or list them all.
+    #[command(after_help = "Example: ivx explain IVX0302")]
+    Explain(Explain),
+    /// Write a small spec to begin with.
+    #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
+    New(New),
 }
 
 /// Which spec, and with which parameters.
@@ -103,4 +109,16 @@ pub(crate) struct Diff {
 pub(crate) struct Ops {
     /// Only this one, in full.
     pub(crate) name: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Explain {
+    /// Only this one, with an example.
+    pub(crate) code: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct New {
+    /// The name of the spec; the file is NAME.ivx, and must not be there.
+    pub(crate) name: PathBuf,
 }

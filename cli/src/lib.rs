@@ -5,6 +5,7 @@ mod command;
 mod load;
 mod progress;
 mod project;
+mod reference;
 mod render;
 
 use std::ffi::OsString;
@@ -13,6 +14,8 @@ use std::io::Write;
 use clap::Parser as _;
 
 use args::{Args, Command};
+
+pub use reference::reference;
 
 /// Everything went well.
 pub const OK: u8 = 0;
@@ -48,6 +51,8 @@ pub fn run(
         Command::Plan(args) => command::plan(args, out, err),
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
+        Command::Explain(args) => command::explain(args, out, err),
+        Command::New(args) => command::new(args, out, err),
     };
     match done {
         Ok(code) => code,

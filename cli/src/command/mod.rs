@@ -3,6 +3,8 @@
 mod check;
 mod diff;
 mod exec;
+mod explain;
+mod new;
 mod ops;
 mod plan;
 mod summary;
@@ -23,6 +25,8 @@ use crate::{Trouble, colours};
 pub(crate) use check::check;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
+pub(crate) use explain::explain;
+pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
 

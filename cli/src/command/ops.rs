@@ -1,13 +1,12 @@
 //! `ivx ops`
 
-use std::collections::BTreeMap;
 use std::io::Write;
 
 use ivx_grammar::suggest;
 use ivx_library::registry;
-use ivx_op::{Decl, Role};
 
 use crate::args::Ops;
+use crate::reference::{body, groups};
 use crate::{OK, Trouble, WRONG};
 
 pub(crate) fn ops(args: &Ops, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
@@ -21,19 +20,10 @@ pub(crate) fn ops(args: &Ops, out: &mut dyn Write, err: &mut dyn Write) -> Resul
             }
             return Ok(WRONG);
         };
-        whole(decl, out)?;
+        write!(out, "{decl}\n\n{}", body(decl))?;
         return Ok(OK);
     }
-    let mut groups: BTreeMap<(bool, &str), Vec<&Decl>> = BTreeMap::new();
-    for decl in registry.decls() {
-        let group = match &decl.role {
-            Role::Op(_) => (false, "Operations"),
-            Role::Part(family) => (true, *family),
-        };
-        groups.entry(group).or_default().push(decl);
-    }
-    for ((part, name), decls) in groups {
-        let title = if part { format!("Parts: {name}") } else { name.to_owned() };
+    for (title, decls) in groups(&registry) {
         writeln!(out, "{title}")?;
         for decl in decls {
             writeln!(out, "  {:<18} {}", decl.name, first_sentence(decl.docs))?;
@@ -50,27 +40,6 @@ fn first_sentence(docs: &str) -> String {
     let line = paragraph.map(str::trim).collect::<Vec<_>>().join(" ");
     let end = line.match_indices(". ").find(|(i, _)| !line[..*i].ends_with("Eqn"));
     end.map_or(line.clone(), |(i, _)| line[..=i].to_owned())
-}
-
-fn whole(decl: &Decl, out: &mut dyn Write) -> std::io::Result<()> {
-    writeln!(out, "{decl}\n")?;
-    for line in decl.docs.trim().lines() {
-        writeln!(out, "{}", line.strip_prefix(' ').unwrap_or(line))?;
-    }
-    for arg in &decl.args {
-        writeln!(out, "\n  {}: {}", arg.name, arg.kind)?;
-        for line in arg.docs.trim().lines() {
-            writeln!(out, "      {}", line.trim())?;
-        }
-        if let Some(range) = &arg.range {
-            writeln!(out, "      Range: {range}.")?;
-        }
-        if let Some(default) = &arg.default {
-            writeln!(out, "      Default: {default}.")?;
-        }
-    }
-    let drawn = if decl.stochastic { ", draws random numbers" } else { "" };
-    writeln!(out, "\nVersion {}{drawn}.", decl.version)
 }
 
 #[cfg(test)]

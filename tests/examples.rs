@@ -1,0 +1,67 @@
+//! The specs that documents show, tried.
+//!
+//! What follows ` ```ivx ` says what a block is: nothing for one that checks without a word, `run`
+//! for one that runs, `fails=IVX0302` for one with that fault and no other, `file=world.ivx` for a
+//! file that the blocks after it can use.
+
+use crate::project::{Project, Said};
+
+/// Tries every block of a document, and says how many there are.
+///
+/// # Panics
+/// If a block does not do what it should.
+pub(crate) fn try_all(name: &str, document: &str) -> usize {
+    let mut files: Vec<(&str, &str)> = Vec::new();
+    let blocks = blocks(document);
+    for block in &blocks {
+        let place = format!("{name}:{}", block.line);
+        if let Some(file) = block.info.strip_prefix("file=") {
+            files.push((file, block.text));
+            continue;
+        }
+        let project = Project::with(&files);
+        project.write("spec.ivx", block.text);
+        let said = project.run(if block.info == "run" { "exec" } else { "check" }, "spec.ivx", &[]);
+        let expected: Vec<&str> = block.info.strip_prefix("fails=").into_iter().collect();
+        assert!(["", "run"].contains(&block.info) || !expected.is_empty(), "{place}");
+        assert_eq!(codes(&said), expected, "{place}: {}{}", said.out, said.err);
+        if expected.is_empty() {
+            assert_eq!(said.code, 0, "{place}: {}{}", said.out, said.err);
+        }
+    }
+    blocks.len()
+}
+
+/// The faults that a run told.
+fn codes(said: &Said) -> Vec<&str> {
+    let mut codes: Vec<&str> =
+        said.err.lines().map(str::trim).filter(|line| line.starts_with("IVX")).collect();
+    codes.dedup();
+    codes
+}
+
+struct Block<'a> {
+    /// What follows the language.
+    info: &'a str,
+    text: &'a str,
+    /// The line on which it begins.
+    line: usize,
+}
+
+fn blocks(document: &str) -> Vec<Block<'_>> {
+    let mut blocks = Vec::new();
+    for (at, fence) in document.match_indices("\n```ivx") {
+        let (info, rest) = document[at + fence.len()..].split_once('\n').expect("a block has text");
+        let text = rest.split_once("\n```").expect("a block ends").0;
+        let line = document[..at].lines().count() + 2;
+        blocks.push(Block { info: info.trim_start_matches(','), text, line });
+    }
+    blocks
+}
+
+#[test]
+fn blocks_are_found() {
+    let found = blocks("a\n```ivx\nlet\n```\n\n```sh\nls\n```\n```ivx,run\nlet\n```\n");
+    let found: Vec<_> = found.iter().map(|block| (block.info, block.text, block.line)).collect();
+    assert_eq!(found, [("", "let", 3), ("run", "let", 10)]);
+}
