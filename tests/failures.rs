@@ -88,3 +88,17 @@ fn a_missing_spec_and_a_wrong_command_are_told() {
     assert_eq!(run(vec!["ivx".into(), "exce".into()]).code, 2);
     assert_eq!(run(vec!["ivx".into(), "--help".into()]).code, 0);
 }
+
+#[test]
+fn only_what_ivx_wrote_is_taken_away() {
+    let spec = include_str!("specs/small.ivx");
+    let project = Project::with(&[("small.ivx", spec)]);
+    project.executed("small.ivx", &[]);
+    project.write("results/small/figures/mine.svg", "mine");
+    project.write("results/small/figures/more/mine.svg", "mine");
+    project.write("small.ivx", &spec.replace("figure \"gap\"", "figure \"other\""));
+    project.executed("small.ivx", &[]);
+    let files: Vec<String> =
+        project.files("results/small/figures").into_iter().map(|(name, _)| name).collect();
+    assert_eq!(files, ["members.svg", "mine.svg", "more/mine.svg", "other.svg"]);
+}

@@ -12,7 +12,8 @@ pub(crate) fn root(spec: &Path) -> PathBuf {
 
 /// The cache of a project.
 pub(crate) fn cache(root: &Path) -> PathBuf {
-    std::env::var_os("IVX_CACHE").map_or_else(|| root.join(".ivx/cache"), PathBuf::from)
+    let elsewhere = std::env::var_os("IVX_CACHE").filter(|path| !path.is_empty());
+    elsewhere.map_or_else(|| root.join(".ivx/cache"), PathBuf::from)
 }
 
 /// The name of a spec: its file's, without the extension.

@@ -120,16 +120,15 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
         }
         for figure in &experiment.figures {
             let files = rendered(plan, outcome, figure, Figure::decode).map(|figure| figure.files);
-            found.figures.insert(
-                figure.name.clone(),
-                keep("figures", &figure.name, files, &mut report.files),
-            );
+            found
+                .figures
+                .insert(figure.name.clone(), keep(FIGURES, &figure.name, files, &mut report.files));
         }
         for table in &experiment.tables {
             let files = rendered(plan, outcome, table, Table::decode).map(|table| table.files);
             found
                 .tables
-                .insert(table.name.clone(), keep("tables", &table.name, files, &mut report.files));
+                .insert(table.name.clone(), keep(TABLES, &table.name, files, &mut report.files));
         }
         for claim in &experiment.claims {
             let verdict = rendered(plan, outcome, claim, ivx_op::Verdict::decode);
@@ -188,6 +187,13 @@ fn rendered<T>(
     bytes(source, outcome).and_then(|bytes| decode(&bytes))
 }
 
+const FIGURES: &str = "figures";
+const TABLES: &str = "tables";
+
+fn path(folder: &str, name: &str, extension: &str) -> String {
+    format!("{folder}/{name}.{extension}")
+}
+
 /// Puts files where the report shows them, and returns the digest of each.
 fn keep(
     folder: &str,
@@ -198,12 +204,26 @@ fn keep(
     let mut digests = BTreeMap::new();
     for (extension, text) in files.unwrap_or_default() {
         digests.insert(extension.clone(), Digest::of(text.as_bytes()).to_string());
-        into.insert(format!("{folder}/{name}.{extension}"), text);
+        into.insert(path(folder, name, &extension), text);
     }
     digests
 }
 
 impl Results {
+    /// The files that show figures and tables, below the results' folder.
+    #[must_use]
+    pub fn files(&self) -> Vec<String> {
+        let mut files = Vec::new();
+        for experiment in self.experiments.values() {
+            for (folder, shown) in [(FIGURES, &experiment.figures), (TABLES, &experiment.tables)] {
+                for (name, digests) in shown {
+                    files.extend(digests.keys().map(|extension| path(folder, name, extension)));
+                }
+            }
+        }
+        files
+    }
+
     /// As text: sorted, with shortest round-trip numbers.
     ///
     /// # Panics

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use ivx_cache::Cache;
+use ivx_cache::{Cache, Trouble as CacheTrouble};
 use ivx_engine::{
-    Fate, Options, Outcome, Plan, Report, expand, platform, report, schedule, wanted,
+    Fate, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
 };
 use ivx_op::Outcome as Verdict;
 use serde::Serialize;
@@ -30,7 +30,10 @@ pub(crate) fn exec(
         args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     for trouble in cache.troubles() {
-        writeln!(err, "note: {trouble}")?;
+        // What a killed writer left undone is no damage: its nodes run again.
+        if !matches!(trouble, CacheTrouble::TornJournal { .. }) {
+            writeln!(err, "note: {trouble}")?;
+        }
     }
     let options =
         Options { jobs, fail_fast: args.fail_fast, library: ivx_library::SOURCE_DIGEST.to_owned() };
@@ -57,22 +60,22 @@ pub(crate) fn exec(
     Ok(if failed || (args.strict && broken) { FAILED } else { OK })
 }
 
-/// Writes what changed; files that are no longer part of the results go.
+/// Writes what changed; what the results before had written and these do not goes.
 fn write_results(folder: &Path, report: &Report) -> Result<(), Trouble> {
-    for kind in ["figures", "tables"] {
-        let kind_folder = folder.join(kind);
-        let Ok(entries) = fs::read_dir(&kind_folder) else { continue };
-        for entry in entries.flatten() {
-            let path = format!("{kind}/{}", entry.file_name().to_string_lossy());
-            if !report.files.contains_key(&path) {
-                fs::remove_file(entry.path()).at(&entry.path())?;
-            }
+    let results = folder.join("results.ron");
+    let before = fs::read_to_string(&results).ok().and_then(|text| Results::from_ron(&text).ok());
+    let before = before.map(|results| results.files()).unwrap_or_default();
+    for gone in before.iter().filter(|path| !report.files.contains_key(*path)) {
+        let gone = folder.join(gone);
+        match fs::remove_file(&gone) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error).at(&gone),
+            _ => {}
         }
     }
     for (path, text) in &report.files {
         write_file(&folder.join(path), text)?;
     }
-    write_file(&folder.join("results.ron"), &report.results.to_ron())
+    write_file(&results, &report.results.to_ron())
 }
 
 /// Writes a file whole or not at all, and leaves one alone that says the same.

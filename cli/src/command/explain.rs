@@ -74,6 +74,8 @@ pages! {
     ClaimAxes "IVX0406"
     Kind "IVX0407"
     TooLarge "IVX0501"
+    Unused "IVX0601"
+    SharedStream "IVX0602"
 }
 
 #[cfg(test)]
