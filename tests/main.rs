@@ -3,6 +3,7 @@
 mod cases;
 mod experiments;
 mod failures;
+mod layout;
 mod project;
 mod reruns;
 mod tidy;

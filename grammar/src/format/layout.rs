@@ -25,7 +25,7 @@ pub(super) fn item<'t>(page: &mut Page<'t>, nodes: &[Node<'t>], indent: usize) {
     }
     let breaks_within = leaf_is(sign, |kind| kind == Kind::Equals)
         && loosest(value).is_none()
-        && value.iter().any(Node::holds_entries)
+        && value.iter().any(Node::is_filled)
         && first_token(first).above.is_empty()
         && !page.ended();
     if breaks_within {
@@ -48,14 +48,26 @@ fn expr<'t>(page: &mut Page<'t>, nodes: &[Node<'t>], indent: usize, tail: usize)
         return term(page, nodes, indent, tail);
     };
     let ends = |node: &Node| leaf_is(node, |kind| kind == Kind::Operator(loosest));
-    let operands: Vec<&[Node]> = nodes.split(ends).collect();
-    let operators = nodes.iter().filter(|node| ends(node));
-    expr(page, operands[0], indent, 0);
-    for (index, (operator, operand)) in operators.zip(&operands[1..]).enumerate() {
-        page.newline(indent + INDENT);
-        flat(page, std::slice::from_ref(operator), indent + INDENT);
-        let tail = if index + 2 == operands.len() { tail } else { 0 };
-        expr(page, operand, indent + INDENT, tail);
+    let mut rest = nodes;
+    let mut broken = false;
+    while !rest.is_empty() {
+        // An operator and the operand behind it; the first operand has none before it.
+        let begun = usize::from(ends(&rest[0]));
+        let end = rest[begun..].iter().position(ends).map_or(rest.len(), |end| begun + end);
+        let (part, after) = rest.split_at(end);
+        let tail = if after.is_empty() { tail } else { 0 };
+        // Behind the last line of a broken operand, what fits goes on.
+        if begun > 0 && !(broken && fits(page, part, tail)) {
+            page.newline(indent + INDENT);
+        }
+        let inner = if begun > 0 { indent + INDENT } else { indent };
+        flat(page, &part[..begun], inner);
+        if page.ended() {
+            page.newline(inner);
+        }
+        broken = !fits(page, &part[begun..], tail);
+        expr(page, &part[begun..], inner, tail);
+        rest = after;
     }
 }
 
@@ -64,19 +76,25 @@ fn term<'t>(page: &mut Page<'t>, nodes: &[Node<'t>], indent: usize, tail: usize)
     if fits(page, nodes, tail) {
         return flat(page, nodes, indent);
     }
-    let widths = nodes.iter().map(|node| if node.holds_entries() { width(node) } else { 0 });
+    let widths = nodes.iter().map(|node| if node.is_filled() { width(node) } else { 0 });
     let widest = widths.enumerate().filter(|(_, width)| *width > 0);
     let widest = widest.max_by_key(|(index, width)| (*width, usize::MAX - index));
-    let widest = widest.map(|(index, _)| index);
+    // Where comments break the line, brackets are broken for their own width only.
+    let widest = widest.map(|(index, _)| index).filter(|_| !commented(nodes));
+    let mut base = indent;
     for (index, node) in nodes.iter().enumerate() {
+        let (one, after) = (std::slice::from_ref(node), &nodes[index + 1..]);
+        if page.ended() {
+            base = indent + INDENT;
+            page.newline(base);
+        }
         match node {
             Node::Group(inner)
-                if Some(index) == widest || commented(std::slice::from_ref(node)) =>
+                if node.is_filled() && (Some(index) == widest || !fits(page, one, 0)) =>
             {
-                let rest: usize = nodes[index + 1..].iter().map(width).sum();
-                group(page, inner, indent, rest + tail);
+                group(page, inner, base, after.iter().map(width).sum::<usize>() + tail);
             }
-            _ => flat(page, std::slice::from_ref(node), indent + INDENT),
+            _ => flat(page, one, indent + INDENT),
         }
     }
 }
@@ -128,7 +146,7 @@ fn only_brackets<'a, 't>(group: &'a Group<'t>) -> Option<&'a Entry<'t>> {
         || !entry.above.is_empty()
         || entry.behind.is_some()
         || !group.close.above.is_empty();
-    let only = group.open.text == "(" && last.holds_entries() && before.iter().all(named);
+    let only = group.open.text == "(" && last.is_filled() && before.iter().all(named);
     (only && !comments).then_some(entry)
 }
 

@@ -33,9 +33,11 @@ pub(super) struct Entry<'t> {
 /// - `head`: end with the `{` of an experiment, which is not taken.
 pub(super) fn item<'t>(tokens: &mut &[Token<'t>], head: bool) -> Vec<Node<'t>> {
     let mut nodes = vec![leaf(tokens)];
-    while !matches!(tokens[0].kind, Kind::Item | Kind::Close | Kind::End)
-        && !(head && tokens[0].text == "{")
-    {
+    let ends = |token: &Token| match token.kind {
+        Kind::Item | Kind::Close | Kind::End => true,
+        _ => head && token.text == "{",
+    };
+    while !ends(&tokens[0]) {
         let node = node(tokens, nodes.last());
         nodes.push(node);
     }
@@ -110,9 +112,11 @@ fn last<'a, 't>(nodes: &'a mut [Node<'t>]) -> &'a mut Token<'t> {
 }
 
 impl Node<'_> {
-    /// Whether something stands between its brackets.
-    pub(super) fn holds_entries(&self) -> bool {
-        matches!(self, Node::Group(group) if !group.entries.is_empty())
+    /// Whether something stands between its brackets, if only a comment.
+    pub(super) fn is_filled(&self) -> bool {
+        let Node::Group(group) = self else { return false };
+        let comments = group.open.behind.is_some() || !group.close.above.is_empty();
+        comments || !group.entries.is_empty()
     }
 }
 
