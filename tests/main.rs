@@ -7,6 +7,7 @@ mod examples;
 mod experiments;
 mod explain;
 mod failures;
+mod layout;
 mod new;
 mod project;
 mod reruns;

@@ -10,8 +10,8 @@ use clap::{Parser, Subcommand};
     name = "ivx",
     version,
     after_help = "\
-Exit codes: 0 all went well, 1 a node failed (or a claim, under --strict; or results differ), \
-2 the spec or the command line is wrong, 3 the disk or the cache failed."
+Exit codes: 0 all went well, 1 a node failed (or a claim, under --strict; or results or layouts \
+differ), 2 the spec or the command line is wrong, 3 the disk or the cache failed."
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -29,6 +29,9 @@ pub(crate) enum Command {
     /// Say what a run would do: what is known, what would run.
     #[command(after_help = "Example: ivx plan experiments/thesis.ivx --dot | dot -Tsvg > dag.svg")]
     Plan(Plan),
+    /// Give specs their one layout, in place.
+    #[command(after_help = "Example: ivx fmt --check experiments/ch2/*.ivx")]
+    Fmt(Fmt),
     /// Compare two results.
     #[command(after_help = "Example: ivx diff old/results.ron results/thesis")]
     Diff(Diff),
@@ -92,6 +95,16 @@ pub(crate) struct Plan {
     /// Print the graph in Graphviz' language.
     #[arg(long, conflicts_with = "nodes")]
     pub(crate) dot: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Fmt {
+    /// The specs; those that change are listed.
+    #[arg(required = true, value_name = "FILES")]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Only list what would change; exit with 1 if anything would.
+    #[arg(long)]
+    pub(crate) check: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -19,7 +19,7 @@ pub use reference::reference;
 
 /// Everything went well.
 pub const OK: u8 = 0;
-/// Something failed: a node, a claim under `--strict`, or two results differ.
+/// Something failed: a node, a claim under `--strict`, or two results or layouts differ.
 pub const FAILED: u8 = 1;
 /// The spec or the command line is wrong.
 pub const WRONG: u8 = 2;
@@ -49,6 +49,7 @@ pub fn run(
         Command::Exec(args) => command::exec(args, out, err),
         Command::Check(args) => command::check(args, out, err),
         Command::Plan(args) => command::plan(args, out, err),
+        Command::Fmt(args) => command::fmt(args, out, err),
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
         Command::Explain(args) => command::explain(args, out, err),

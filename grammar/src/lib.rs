@@ -6,6 +6,7 @@
 pub mod ast;
 pub mod check;
 mod diagnostic;
+mod format;
 pub mod ir;
 mod literal;
 mod parse;
@@ -13,6 +14,7 @@ mod span;
 mod suggest;
 
 pub use diagnostic::{Code, Diagnostic, Label, Severity};
+pub use format::format;
 pub use literal::parse_literal;
 pub use parse::parse;
 pub use span::{Span, Spanned};

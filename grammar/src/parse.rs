@@ -2,9 +2,9 @@
 
 mod build;
 mod fault;
-mod scan;
+pub(crate) mod scan;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use crate::ast::{Ast, Item, ItemKind};
 use crate::{Code, Diagnostic, Span, Spanned};
@@ -142,7 +142,8 @@ impl Reader<'_> {
     /// last item is added to that.
     fn docs(&mut self, last: Option<&mut Item>) -> Option<Spanned<String>> {
         let gap = scan::gap(self.text, self.pos);
-        let mut docs = gap.docs.as_slice();
+        let docs: Vec<_> = gap.comments.iter().filter(|comment| comment.doc).collect();
+        let mut docs = docs.as_slice();
         if let (Some(item), Some((doc, rest))) = (last, docs.split_first())
             && doc.behind
         {
@@ -348,7 +349,7 @@ impl Reader<'_> {
         let mut pos = start;
         while pos < end {
             let gap = scan::gap(self.text, scan::token_end(self.text, pos));
-            for doc in gap.docs.iter().filter(|doc| doc.end <= end) {
+            for doc in gap.comments.iter().filter(|comment| comment.doc && comment.end <= end) {
                 self.diagnostics.push(stray_doc(self.span(doc.start, doc.end)));
             }
             pos = gap.next;

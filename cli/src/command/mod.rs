@@ -4,6 +4,7 @@ mod check;
 mod diff;
 mod exec;
 mod explain;
+mod fmt;
 mod new;
 mod ops;
 mod plan;
@@ -26,6 +27,7 @@ pub(crate) use check::check;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
 pub(crate) use explain::explain;
+pub(crate) use fmt::fmt;
 pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
@@ -60,27 +62,29 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let mut diagnostics: Vec<Diagnostic> =
         loaded.diagnostics.iter().cloned().chain(faults).collect();
     diagnostics.sort_by_key(|d| d.labels.first().map(|label| label.span));
-    tell(&diagnostics, &loaded, err)?;
+    let files = loaded.project.files.iter();
+    let sources: Vec<_> = files.map(|file| (file.path.clone(), file.text.clone())).collect();
+    tell(&diagnostics, &sources, err)?;
     let n_warnings = diagnostics.len();
     Ok(runs(&diagnostics).then_some(Ready { spec, loaded, registry, n_warnings }))
 }
 
-fn tell(diagnostics: &[Diagnostic], loaded: &Loaded, err: &mut dyn Write) -> Result<(), Trouble> {
+/// Writes what is wrong to `err`.
+///
+/// - `sources`: path and text of each file, the spec first.
+fn tell(
+    diagnostics: &[Diagnostic],
+    sources: &[(String, String)],
+    err: &mut dyn Write,
+) -> Result<(), Trouble> {
     if diagnostics.is_empty() {
         return Ok(());
     }
-    let files = loaded.project.files.iter();
-    let sources: Vec<(String, String)> =
-        files.map(|file| (file.path.clone(), file.text.clone())).collect();
-    write!(err, "{}", render(diagnostics, &sources, colours() && std::io::stderr().is_terminal()))?;
+    write!(err, "{}", render(diagnostics, sources, colours() && std::io::stderr().is_terminal()))?;
     let errors = diagnostics.iter().filter(|d| d.code.severity() == Severity::Error).count();
     if errors > 0 {
-        writeln!(
-            err,
-            "{errors} {} in {}",
-            if errors == 1 { "error" } else { "errors" },
-            loaded.project.files[0].path
-        )?;
+        let errors = format!("{errors} {}", if errors == 1 { "error" } else { "errors" });
+        writeln!(err, "{errors} in {}", sources[0].0)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 pub(super) const DEEPEST: usize = 256;
 
 /// The words that begin an item. `published` is kept for a later version.
-pub(super) const ITEM_WORDS: [&str; 13] = [
+pub(crate) const ITEM_WORDS: [&str; 13] = [
     "axis",
     "claim",
     "edition",
@@ -26,27 +26,33 @@ pub(super) fn is_reserved(word: &str) -> bool {
 }
 
 /// Blanks and comments between two tokens.
-pub(super) struct Gap {
+pub(crate) struct Gap {
     /// Where the next token begins, or the text ends.
-    pub(super) next: usize,
+    pub(crate) next: usize,
     /// Whether the next token stands on another line.
-    pub(super) newline: bool,
-    /// The doc comments.
-    pub(super) docs: Vec<Doc>,
+    pub(crate) newline: bool,
+    /// Whether an empty line lies before the next token, behind the last comment.
+    pub(crate) blank: bool,
+    /// The comments.
+    pub(crate) comments: Vec<Comment>,
 }
 
-/// One line of a doc comment.
-pub(super) struct Doc {
+/// One comment, which ends with its line.
+pub(crate) struct Comment {
     /// Its first byte.
-    pub(super) start: usize,
-    /// The byte after its last.
-    pub(super) end: usize,
+    pub(crate) start: usize,
+    /// The byte after its last that is no blank.
+    pub(crate) end: usize,
     /// Whether it stands on the line on which the gap begins.
-    pub(super) behind: bool,
+    pub(crate) behind: bool,
+    /// Whether an empty line lies before it.
+    pub(crate) blank: bool,
+    /// Whether it documents an item: `///`.
+    pub(super) doc: bool,
 }
 
-impl Doc {
-    /// What it says.
+impl Comment {
+    /// What a doc comment says.
     pub(super) fn words<'t>(&self, text: &'t str) -> &'t str {
         let line = &text[self.start + "///".len()..self.end];
         line.strip_prefix(' ').unwrap_or(line)
@@ -54,30 +60,34 @@ impl Doc {
 }
 
 /// The gap that begins at `from`.
-pub(super) fn gap(text: &str, from: usize) -> Gap {
+pub(crate) fn gap(text: &str, from: usize) -> Gap {
     let bytes = text.as_bytes();
-    let mut gap = Gap { next: from, newline: false, docs: Vec::new() };
+    let mut gap = Gap { next: from, newline: false, blank: false, comments: Vec::new() };
+    // Line breaks since the last token or comment.
+    let mut breaks = 0_usize;
     loop {
         let rest = &bytes[gap.next..];
         if rest.starts_with(b"//") {
             let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
-            if rest.starts_with(b"///") && rest.get(3) != Some(&b'/') {
-                let (start, behind) = (gap.next, !gap.newline);
-                let end = start + text[start..start + length].trim_end().len();
-                gap.docs.push(Doc { start, end, behind });
-            }
+            let (start, behind, blank) = (gap.next, !gap.newline, breaks > 1);
+            let end = start + text[start..start + length].trim_end().len();
+            let doc = rest.starts_with(b"///") && rest.get(3) != Some(&b'/');
+            gap.comments.push(Comment { start, end, behind, blank, doc });
             gap.next += length;
+            breaks = 0;
         } else if let Some(b' ' | b'\t' | b'\r' | b'\n') = rest.first() {
-            gap.newline |= rest[0] == b'\n';
+            breaks += usize::from(rest[0] == b'\n');
+            gap.newline |= breaks > 0;
             gap.next += 1;
         } else {
+            gap.blank = breaks > 1;
             return gap;
         }
     }
 }
 
 /// The byte after the token at `start`: a string, word, number, operator or single character.
-pub(super) fn token_end(text: &str, start: usize) -> usize {
+pub(crate) fn token_end(text: &str, start: usize) -> usize {
     let rest = &text.as_bytes()[start..];
     let run = |from: usize| {
         let letter = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_';

@@ -1,6 +1,6 @@
 //! Small cases.
 
-mod dump;
+pub(crate) mod dump;
 mod faults;
 mod total;
 

@@ -2,7 +2,7 @@
 
 use crate::ast::{AxisExpr, Expr, ExprKind, Item, ItemKind, Name, TyExpr};
 
-pub(super) fn item(item: &Item) -> String {
+pub(crate) fn item(item: &Item) -> String {
     let docs = if item.docs.is_empty() { String::new() } else { format!("{:?} ", item.docs) };
     let inner = match &item.kind {
         ItemKind::Use { path, names } => {

@@ -1,0 +1,34 @@
+//! `ivx fmt`
+
+use std::fs;
+use std::io::Write;
+
+use ivx_grammar::format;
+
+use super::tell;
+use crate::args::Fmt;
+use crate::{At as _, FAILED, OK, Trouble, WRONG};
+
+pub(crate) fn fmt(args: &Fmt, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
+    let mut code = OK;
+    for path in &args.paths {
+        let text = fs::read_to_string(path).at(path)?;
+        let shown = path.display().to_string();
+        match format(&text) {
+            Ok(formatted) if formatted == text => {}
+            Ok(formatted) => {
+                if args.check {
+                    code = code.max(FAILED);
+                } else {
+                    fs::write(path, formatted).at(path)?;
+                }
+                writeln!(out, "{shown}")?;
+            }
+            Err(faults) => {
+                code = WRONG;
+                tell(&faults, &[(shown, text)], err)?;
+            }
+        }
+    }
+    Ok(code)
+}

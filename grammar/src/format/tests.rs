@@ -1,0 +1,261 @@
+//! Small cases, and laws over every spec there is.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rand::{RngExt as _, SeedableRng as _};
+
+use super::format;
+use crate::parse;
+use crate::parse::scan;
+use crate::parse::tests::dump;
+
+#[test]
+fn what_fits_stands_on_one_line() {
+    check("let   white  =\n lottery( [ 0.0 ,] , [1.0]\n)", "let white = lottery([0.0], [1.0])");
+    check(
+        "param n:Int=10_000   param lr : Float = 4e-4",
+        "param n: Int = 10_000\nparam lr: Float = 4e-4",
+    );
+    check("param xs:Map<List<Float>,Str>=[]", "param xs: Map<List<Float>, Str> = []");
+    check("let f (a:Ke,xs:List<Int>=[ ],)=g()", "let f(a: Ke, xs: List<Int> = []) = g()");
+    check("use \"a\"{a,b as c,}use \"b\"", "use \"a\" { a, b as c }\nuse \"b\"");
+    check(
+        "profile quick{a=1\nb=-2}profile none{ }",
+        "profile quick { a = 1, b = -2 }\nprofile none {}",
+    );
+    check("axis s=0 .. n\naxis k={\"A\":wcm( ),}", "axis s = 0..n\naxis k = { \"A\": wcm() }");
+    check("axis n=- 1 .. -a . b", "axis n = -1..-a.b");
+    check("table \"1\"=table (a)", "table \"1\" = table(a)");
+    check("claim \"c\":( (a) )<=b [ k : \"x\" ,]", "claim \"c\" : ((a)) <= b[k: \"x\"]");
+    check("let a=- - b*-( c-1 )/\"\\\"//\"", "let a = --b * -(c - 1) / \"\\\"//\"");
+}
+
+#[test]
+fn items_stand_on_lines_of_their_own() {
+    check("experiment e{let a=1 let b=2}", "experiment e {\n    let a = 1\n    let b = 2\n}");
+    check("experiment e {\n\n}", "experiment e {}");
+    check("\n\n\nlet a = 1\n\n\n\nlet b = 2\n\n", "\nlet a = 1\n\nlet b = 2");
+    check(
+        "experiment e {\n\n    let a = 1\n \t\n    // c\n\n    let b = 2\n\n}",
+        "experiment e {\n    let a = 1\n\n    // c\n\n    let b = 2\n}",
+    );
+}
+
+#[test]
+fn calls_break_at_their_arguments() {
+    check(
+        "measure m = mean(std(predict(model, at: grid(-1.0, 1.0, points: 11), more: 1), over: member), over: x)",
+        "measure m = mean(
+    std(predict(model, at: grid(-1.0, 1.0, points: 11), more: 1), over: member),
+    over: x)",
+    );
+    check(
+        "let model = train(ensemble(map_estimate(net: mlp(hidden: [6, 5]), optimiser: optimiser), members: 3), on: data, steps: 5)",
+        "let model = train(
+    ensemble(map_estimate(net: mlp(hidden: [6, 5]), optimiser: optimiser), members: 3),
+    on: data, steps: 5)",
+    );
+    check(
+        "figure \"f\" = plot([truth, shown, curve(predict(initial[seed: 0], at: canvas), x: x, style: \"dashed\")])",
+        "figure \"f\" = plot([
+    truth, shown,
+    curve(predict(initial[seed: 0], at: canvas), x: x, style: \"dashed\"),
+])",
+    );
+    let words = "\"twenty characters..\"";
+    check(
+        &format!("let a = f({words}, {words}, {words}, {words}, [1, 2])[k: 1]"),
+        &format!("let a = f(\n    {words}, {words}, {words}, {words},\n    [1, 2])[k: 1]"),
+    );
+    check(
+        &format!("axis a = {{ {words}: 1, \"b\": {words}, \"c\": {words}, \"d\": {words} }}"),
+        &format!(
+            "axis a = {{\n    {words}: 1,\n    \"b\": {words},\n    \"c\": {words},\n    \"d\": {words},\n}}"
+        ),
+    );
+}
+
+#[test]
+fn expressions_break_before_operators() {
+    let long = "f(aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa)";
+    check(
+        &format!("claim \"c\" : {long} + {long} < {long}"),
+        &format!("claim \"c\" :\n    {long} + {long}\n        < {long}"),
+    );
+    check(
+        &format!("let a = {long} * {long} - {long}"),
+        &format!("let a =\n    {long} * {long}\n        - {long}"),
+    );
+    check(
+        &format!("let a = f(x: {long} / {long} / {long})"),
+        &format!("let a = f(\n    x: {long}\n        / {long}\n        / {long})"),
+    );
+    let wide = format!("{long}, {long}, {long}");
+    check(
+        &format!("let a = g({wide}) / 2.0 - {long}"),
+        &format!(
+            "let a =\n    g(\n        {long},\n        {long},\n        {long}) / 2.0\n        - {long}"
+        ),
+    );
+    let text = format!("\"{}\"", "x".repeat(100));
+    check(&format!("let a = {text}"), &format!("let a =\n    {text}"));
+}
+
+#[test]
+fn comments_stay_where_they_are() {
+    check("//// a \n/// of a\nlet a = 1 /// of a", "//// a\n/// of a\nlet a = 1   /// of a");
+    check(
+        "let a = 1 // one\nlet bcd = 2 // two\n\nlet e = 3 // three\nlet f = 4\n// end",
+        "let a = 1     // one\nlet bcd = 2   // two\n\nlet e = 3   // three\nlet f = 4\n// end",
+    );
+    check(
+        "experiment e { /// of a\n let a = 1\n let b = 2 /// of b\n// last\n} // end",
+        "experiment e {   /// of a
+    let a = 1
+    let b = 2   /// of b
+    // last
+}   // end",
+    );
+    check(
+        "let a = f( // open\n// above\nx, // x\n y // y\n)",
+        "let a = f(   // open\n    // above\n    x,   // x\n    y    // y\n)",
+    );
+    check("let a = f(\n// none\n)", "let a = f(\n    // none\n)");
+    check(
+        "axis a = { \"A\": b // b\n, // more\n \"C\": d\n// end\n}",
+        "axis a = {\n    \"A\": b,   // b\n    // more\n    \"C\": d,\n    // end\n}",
+    );
+    check("profile p { a = 1 // a\n b = 2 }", "profile p {\n    a = 1,   // a\n    b = 2,\n}");
+    check("let a = // why\n b + // b\n c", "let a =   // why\n    b\n        +   // b\n        c");
+    check("let // a\n a\n// b\n= 1", "let   // a\n    a\n    // b\n    = 1");
+    check("let a =\n// b\n f(c).d", "let a =\n    // b\n    f(c).d");
+    check("let a = f(x) // c\n [k: 1]", "let a = f(x)   // c\n    [k: 1]");
+}
+
+#[test]
+fn what_does_not_parse_is_not_formatted() {
+    for text in ["", "let a = 1", "edition \"1999\"", "edition \"2026\" let a = )"] {
+        assert!(!format(text).unwrap_err().is_empty(), "{text}");
+    }
+}
+
+#[test]
+fn the_layout_of_every_spec_is_lawful() {
+    let mut specs = Vec::new();
+    for folder in ["experiments", "tests"] {
+        collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder), &mut specs);
+    }
+    assert!(specs.len() > 40, "specs are found");
+    for spec in specs {
+        let text = fs::read_to_string(&spec).unwrap();
+        if let Ok(formatted) = format(&text) {
+            lawful(&text, &formatted);
+        }
+    }
+}
+
+#[test]
+fn the_layout_does_not_depend_on_the_one_before() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
+    let mut specs = Vec::new();
+    for folder in ["experiments", "tests/specs"] {
+        collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder), &mut specs);
+    }
+    for spec in &specs {
+        let text = fs::read_to_string(spec).unwrap();
+        let formatted = format(&text).unwrap();
+        for _ in 0..20 {
+            let blanks = || [" ", "  ", "\n", "\t", "\r\n "][rng.random_range(0..5)].to_owned();
+            assert_eq!(format(&between(&text, blanks)).unwrap(), formatted);
+        }
+    }
+    for spec in &specs {
+        let text = fs::read_to_string(spec).unwrap();
+        for n in 0..100 {
+            let mut made = 0;
+            let comments = || {
+                made += 1;
+                match rng.random_range(0..2 + n) {
+                    0 => format!(" // c{made}\n"),
+                    1 => format!("\n\n//// c{made} \n\n"),
+                    2 => format!("\n// c{made}\n"),
+                    3 => "\n\n\n".to_owned(),
+                    _ => " ".to_owned(),
+                }
+            };
+            let mangled = between(&text, comments);
+            lawful(&mangled, &format(&mangled).unwrap());
+        }
+    }
+}
+
+/// Checks the layout of a text behind an edition.
+#[track_caller]
+fn check(text: &str, expected: &str) {
+    let text = format!("edition \"2026\"\n{text}");
+    let formatted = format(&text).unwrap();
+    assert_eq!(formatted, format!("edition \"2026\"\n{expected}\n"));
+    lawful(&text, &formatted);
+}
+
+/// Checks that a layout keeps the tree and the comments, and is its own.
+#[track_caller]
+fn lawful(text: &str, formatted: &str) {
+    assert_eq!(tree(text), tree(formatted), "{text}\n---\n{formatted}");
+    assert_eq!(comments(text), comments(formatted), "{text}\n---\n{formatted}");
+    assert_eq!(format(formatted).as_deref(), Ok(formatted), "{text}");
+}
+
+/// The tree without spans.
+fn tree(text: &str) -> Vec<String> {
+    let (ast, _) = parse(text, 0);
+    let edition = ast.edition.map(|edition| edition.value);
+    edition.into_iter().chain(ast.items.iter().map(dump::item)).collect()
+}
+
+/// The comments in their order.
+fn comments(text: &str) -> Vec<&str> {
+    let mut comments = Vec::new();
+    let mut at = 0;
+    loop {
+        let gap = scan::gap(text, at);
+        comments.extend(gap.comments.iter().map(|comment| &text[comment.start..comment.end]));
+        at = scan::token_end(text, gap.next);
+        if at == gap.next {
+            return comments;
+        }
+    }
+}
+
+/// The text with more between its tokens, where blanks are but no empty line and no comment.
+fn between(text: &str, mut more: impl FnMut() -> String) -> String {
+    let (mut mangled, mut at) = (String::new(), 0);
+    loop {
+        let gap = scan::gap(text, at);
+        let blanks = &text[at..gap.next];
+        let end = scan::token_end(text, gap.next);
+        if gap.blank || !gap.comments.is_empty() || blanks.is_empty() || end == gap.next {
+            mangled += blanks;
+        } else {
+            mangled += &more();
+        }
+        mangled += &text[gap.next..end];
+        if end == gap.next {
+            return mangled;
+        }
+        at = end;
+    }
+}
+
+fn collect(folder: &Path, specs: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            collect(&path, specs);
+        } else if path.extension().is_some_and(|extension| extension == "ivx") {
+            specs.push(path);
+        }
+    }
+    specs.sort();
+}

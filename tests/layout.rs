@@ -1,0 +1,35 @@
+//! `ivx fmt`.
+
+use crate::project::Project;
+
+const WRITTEN: &str = "edition \"2026\"\nlet  a = 1 // one\n";
+const LAID_OUT: &str = "edition \"2026\"\nlet a = 1   // one\n";
+
+#[test]
+fn specs_are_changed_in_place_and_only_once() {
+    let project = Project::with(&[("a.ivx", WRITTEN), ("b.ivx", LAID_OUT)]);
+    let (a, b) = (project.path("a.ivx").display().to_string(), project.path("b.ivx"));
+    let b = b.display().to_string();
+    let checked = project.run("fmt", "a.ivx", &[&b, "--check"]);
+    assert_eq!((checked.code, checked.out), (1, format!("{a}\n")));
+    assert_eq!(project.read("a.ivx"), WRITTEN);
+
+    let changed = project.run("fmt", "a.ivx", &[&b]);
+    assert_eq!((changed.code, changed.out), (0, format!("{a}\n")));
+    assert_eq!([project.read("a.ivx"), project.read("b.ivx")], [LAID_OUT; 2]);
+
+    let checked = project.run("fmt", "a.ivx", &[&b, "--check"]);
+    assert_eq!((checked.code, checked.out, checked.err), (0, String::new(), String::new()));
+}
+
+#[test]
+fn a_spec_that_does_not_parse_stays_as_it_is() {
+    let faulty = "edition \"2026\"\nlet  a =\n";
+    let project = Project::with(&[("a.ivx", faulty), ("b.ivx", WRITTEN)]);
+    let b = project.path("b.ivx").display().to_string();
+    let said = project.run("fmt", "a.ivx", &[&b]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("IVX0101") && said.err.contains("a.ivx:2"), "{}", said.err);
+    assert_eq!([project.read("a.ivx"), project.read("b.ivx")], [faulty, LAID_OUT]);
+    assert_eq!(project.run("fmt", "none.ivx", &[]).code, 3);
+}
