@@ -73,11 +73,12 @@ impl Source {
         Self { path: safe(path), text, lines }
     }
 
-    /// The bytes of a span, cut to its first line.
+    /// The bytes of a span, cut to its first line and to what is shown of a long one.
     fn range(&self, span: Span) -> (usize, usize) {
         let start = self.text.floor_char_boundary(span.start as usize).min(self.text.len() - 1);
         let line = self.line(self.line_of(start)).trim_end_matches(['\r', '\n']);
         let line_end = self.lines[self.line_of(start)] + line.len();
+        let line_end = line_end.min(self.text.floor_char_boundary(start + REACH));
         let end = self.text.ceil_char_boundary(span.end as usize).min(line_end);
         (start, end.max(start))
     }
@@ -366,6 +367,15 @@ IVX0101
         assert!(said.contains("[a.ivx:1:10007]"), "{said}");
         assert!(said.contains("= 1 let b == 1 let a"), "{said}");
         assert!(said.lines().all(|line| line.chars().count() < 2 * REACH + 20), "{said}");
+    }
+
+    #[test]
+    fn a_long_stretch_of_one_line_is_cut() {
+        let text = format!("let a = [{}]", "1, ".repeat(1000));
+        let span = Span { file: 0, start: 8, end: u32::try_from(text.len()).expect("it is short") };
+        let fault = Diagnostic::new(Code::Type, span, "said", "here");
+        let said = render(&[fault], &[("a.ivx".to_owned(), text)], false);
+        assert!(said.contains("[a.ivx:1:9]") && said.contains("here"), "{said}");
     }
 
     #[test]

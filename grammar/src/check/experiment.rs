@@ -107,10 +107,11 @@ impl<'a> Checker<'a> {
             self.twice(title, first);
         }
         let fit = |c: char| c.is_alphanumeric() || "._- ".contains(c);
-        if !title.value.chars().all(fit) || title.value.trim_matches(['.', ' ']).is_empty() {
+        let empty = title.value.trim_matches(['.', ' ']).is_empty();
+        if !title.value.chars().all(fit) || empty || title.value.len() > MAX_NAME {
             let message = format!("\"{}\" cannot be the name of a file", title.value);
             let fault = Diagnostic::new(Code::Kind, title.span, message, "names a file");
-            self.fault(fault.help("use letters, digits, `.`, `-`, `_` and spaces"));
+            self.fault(fault.help("use up to 100 letters, digits, `.`, `-`, `_` and spaces"));
         }
         let value_of = self.expr(at, value);
         let varying = match &value_of {
@@ -137,6 +138,9 @@ impl<'a> Checker<'a> {
         None
     }
 }
+
+/// Most bytes of a figure's or table's name.
+const MAX_NAME: usize = 100;
 
 /// Where a comment begins in a line, if there is one outside of strings.
 fn comment(line: &str) -> Option<usize> {

@@ -56,7 +56,7 @@ impl<'a> Checker<'a> {
         if self.depth == MAX_DEPTH {
             let message = format!("definitions nest more than {MAX_DEPTH} deep");
             let fault = Diagnostic::new(Code::Nesting, expr.span, message, "too deep");
-            return self.fault(fault.help("declare what is used before what uses it"));
+            return self.fault(fault.help("shorten the chain of definitions that leads here"));
         }
         self.depth += 1;
         let value = self.expr_inside(at, expr);
@@ -238,11 +238,6 @@ impl<'a> Checker<'a> {
         let mut chain = Vec::new();
         let mut first = expr;
         while let ExprKind::Binary { op, left, right } = &first.kind {
-            if op.value.compares() {
-                let message = "a comparison is a claim, not a value";
-                let fault = Diagnostic::new(Code::Kind, op.span, message, "compares");
-                return self.fault(fault.help("write `claim \"...\" : left < right`"));
-            }
             chain.push((op.value, right));
             first = left;
         }
@@ -261,6 +256,12 @@ impl<'a> Checker<'a> {
             && is_number(a_ty)
             && is_number(b_ty)
         {
+            if op.compares() {
+                let message = "both sides are known before anything runs";
+                let span = a_span.to(b_span);
+                let fault = Diagnostic::new(Code::Kind, span, message, "compares numbers");
+                return self.fault(fault.help("compare what is computed, or write a claim"));
+            }
             let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op != BinaryOp::Div;
             let ty = if whole { Ty::Int } else { Ty::Float };
             return self.arithmetic(op, a.clone(), b.clone(), ty, a_span.to(b_span));
@@ -269,7 +270,13 @@ impl<'a> Checker<'a> {
             BinaryOp::Add => "add",
             BinaryOp::Sub => "sub",
             BinaryOp::Mul => "mul",
-            _ => "div",
+            BinaryOp::Div => "div",
+            BinaryOp::Less => "less",
+            BinaryOp::AtMost => "at_most",
+            BinaryOp::Greater => "greater",
+            BinaryOp::AtLeast => "at_least",
+            BinaryOp::Equal => "equal",
+            BinaryOp::Unequal => "unequal",
         };
         let mut ports = Vec::new();
         for (port, value, span) in [("left", a, a_span), ("right", b, b_span)] {

@@ -1,8 +1,8 @@
 //! Warnings: what can run, and is probably not what was meant.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use ivx_op::{Gather, Lit};
+use ivx_op::{ArgKind, Gather, Lit};
 
 use super::Checker;
 use super::axis::SEED;
@@ -38,35 +38,32 @@ impl Checker<'_> {
 
     /// Warns where two samples that draw the same numbers feed one consumer.
     pub(super) fn shared_streams(&mut self) {
-        let mut fed_by: Vec<BTreeSet<ExprId>> = Vec::new();
+        // What feeds each expression: the first sample of every operation and stream.
+        let mut fed_by: Vec<BTreeMap<Stream, ExprId>> = Vec::new();
         let mut faults: BTreeMap<(ExprId, ExprId), Span> = BTreeMap::new();
         for (i, expr) in self.spec.exprs.iter().enumerate() {
-            let id = ExprId(u32::try_from(i).expect("expressions are counted"));
-            let mut samples = BTreeSet::new();
+            let mut samples: BTreeMap<Stream, ExprId> = BTreeMap::new();
             match &expr.kind {
                 ExprKind::Number(_) => {}
                 ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => {
                     samples.clone_from(&fed_by[base.0 as usize]);
                 }
                 ExprKind::Op(op) => {
-                    let decl = self.registry.decl(&op.name);
-                    for (name, feeds) in &op.ports {
-                        let port = decl.and_then(|decl| decl.arg(name)).map(|arg| &arg.kind);
-                        let shows = matches!(port, Some(ivx_op::ArgKind::Port(port)) if port.gather == Gather::Everything);
-                        if !shows {
-                            samples.extend(
-                                feeds.iter().flat_map(|feed| &fed_by[feed.expr.0 as usize]),
-                            );
+                    for feed in self.consumed(op) {
+                        for (stream, sample) in &fed_by[feed.0 as usize] {
+                            let first = *samples.entry(stream.clone()).or_insert(*sample);
+                            if first != *sample
+                                && self.spec.expr(first).kind != self.spec.expr(*sample).kind
+                            {
+                                faults
+                                    .entry((first.min(*sample), first.max(*sample)))
+                                    .or_insert(self.spans[i]);
+                            }
                         }
                     }
-                    if let Some(pair) = self.clash(&samples) {
-                        faults.entry(pair).or_insert(self.spans[i]);
-                        // Said once: what it feeds is silent about it.
-                        samples.remove(&pair.1);
-                    }
-                    if decl.is_some_and(|decl| decl.stochastic) && op.args.contains_key(STREAM) {
-                        samples.insert(id);
-                    }
+                    let stream = stream(op);
+                    let id = ExprId(u32::try_from(i).expect("expressions are counted"));
+                    samples.extend(stream.map(|stream| (stream, id)));
                 }
             }
             fed_by.push(samples);
@@ -81,26 +78,27 @@ impl Checker<'_> {
         }
     }
 
-    /// Two samples of one operation and stream that are not the same expression.
-    fn clash(&self, samples: &BTreeSet<ExprId>) -> Option<(ExprId, ExprId)> {
-        let op = |id: &ExprId| match &self.spec.expr(*id).kind {
-            ExprKind::Op(op) => op,
-            _ => unreachable!("only operations sample"),
+    /// What an operation computes with; figures and tables only show.
+    fn consumed<'s>(&'s self, op: &'s Op) -> impl Iterator<Item = ExprId> + 's {
+        let decl = self.registry.decl(&op.name);
+        let shows = move |name: &str| {
+            let port = decl.and_then(|decl| decl.arg(name)).map(|arg| &arg.kind);
+            matches!(port, Some(ArgKind::Port(port)) if port.gather == Gather::Everything)
         };
-        let stream = |op: &Op| match op.args.get(STREAM) {
-            Some(Desc::Lit(Lit::Text(stream))) => Some(stream.clone()),
-            _ => None,
-        };
-        let samples: Vec<&ExprId> = samples.iter().collect();
-        samples.iter().enumerate().find_map(|(i, first)| {
-            let a = op(first);
-            let same = |b: &Op| {
-                a.name == b.name && stream(a).is_some() && stream(a) == stream(b) && a != b
-            };
-            samples[i + 1..]
-                .iter()
-                .find(|second| same(op(second)))
-                .map(|second| (**first, **second))
-        })
+        let ports = op.ports.iter().filter(move |(name, _)| !shows(name));
+        ports.flat_map(|(_, feeds)| feeds.iter().map(|feed| feed.expr))
+    }
+}
+
+/// An operation that samples, and the name of its stream.
+type Stream = (String, String);
+
+/// The stream of a sampling operation.
+fn stream(op: &Op) -> Option<Stream> {
+    match op.args.get(STREAM) {
+        Some(Desc::Lit(Lit::Text(stream))) if op.stochastic => {
+            Some((op.name.clone(), stream.clone()))
+        }
+        _ => None,
     }
 }

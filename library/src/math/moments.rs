@@ -13,10 +13,16 @@ pub fn uniform(n: usize) -> Vec<f64> {
     vec![1.0 / real(n); n]
 }
 
+/// The sum, from the first value to the last.
+#[must_use]
+pub fn sum(xs: &[f64]) -> f64 {
+    xs.iter().sum()
+}
+
 /// The arithmetic mean; NaN of nothing.
 #[must_use]
 pub fn mean(xs: &[f64]) -> f64 {
-    xs.iter().sum::<f64>() / real(xs.len())
+    sum(xs) / real(xs.len())
 }
 
 /// The population variance (`ddof = 0`); NaN of nothing.

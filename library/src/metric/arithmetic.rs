@@ -33,6 +33,23 @@ binary! {
     Mul = "mul" by |l, r| l * r;
     /// The quotient; dimensions are matched by name.
     Div = "div" by |l, r| l / r;
+    /// 1 where the left side is less than the right, otherwise 0; written `<`.
+    Less = "less" by |l, r| truth(l, r, l < r);
+    /// 1 where the left side is at most the right, otherwise 0; written `<=`.
+    AtMost = "at_most" by |l, r| truth(l, r, l <= r);
+    /// 1 where the left side is greater than the right, otherwise 0; written `>`.
+    Greater = "greater" by |l, r| truth(l, r, l > r);
+    /// 1 where the left side is at least the right, otherwise 0; written `>=`.
+    AtLeast = "at_least" by |l, r| truth(l, r, l >= r);
+    /// 1 where both sides are equal, otherwise 0; written `==`.
+    Equal = "equal" by |l, r| truth(l, r, l == r);
+    /// 1 where the sides differ, otherwise 0; written `!=`.
+    Unequal = "unequal" by |l, r| truth(l, r, l != r);
+}
+
+/// A condition as a number; what is not a number is neither true nor false.
+fn truth(l: f64, r: f64, holds: bool) -> f64 {
+    if l.is_nan() || r.is_nan() { f64::NAN } else { f64::from(u8::from(holds)) }
 }
 
 declare! {
@@ -52,7 +69,37 @@ impl Op for Neg {
 
 #[cfg(test)]
 mod tests {
+    use ivx_op::{Dim, Labels};
+
     use super::*;
+
+    #[test]
+    fn each_comparison_is_its_own() {
+        let ctx = Ctx { op: "", seed: 0, member: None };
+        let x = Dim::new("x", Labels::Numbers(vec![0.0, 1.0, 2.0, 3.0]));
+        let left = || One(Array::series(x.clone(), vec![1.0, 2.0, 3.0, f64::NAN]));
+        let right = || One(Array::scalar(2.0));
+        let results = [
+            Less { left: left(), right: right() }.run(&ctx),
+            AtMost { left: left(), right: right() }.run(&ctx),
+            Greater { left: left(), right: right() }.run(&ctx),
+            AtLeast { left: left(), right: right() }.run(&ctx),
+            Equal { left: left(), right: right() }.run(&ctx),
+            Unequal { left: left(), right: right() }.run(&ctx),
+        ];
+        let results = results.map(|result| result.unwrap().values);
+        assert!(results.iter().all(|values| values[3].is_nan()));
+        let told = results.map(|values| values[..3].to_vec());
+        let expected = [
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 1.0, 1.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 0.0, 1.0],
+        ];
+        assert_eq!(told, expected);
+    }
 
     #[test]
     fn each_sign_is_its_own() {

@@ -70,13 +70,13 @@ impl Claim {
     ) -> Finding {
         let (n, estimate) = (differences.len(), mean(differences));
         let finding = |outcome, interval| Finding { at, outcome, estimate, interval, n };
+        if n < MIN_SEEDS {
+            return finding(Outcome::Undecided, None);
+        }
         if matches!(relation, Relation::Equal | Relation::Unequal) {
             let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let furthest = furthest.expect("a group is not empty");
             return finding(relation.judge(furthest, furthest), None);
-        }
-        if n < MIN_SEEDS {
-            return finding(Outcome::Undecided, None);
         }
         let (low, high) = if n < BOOTSTRAP_SEEDS {
             student_t(differences, self.confidence)

@@ -16,13 +16,13 @@ use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
 use crate::math::moments::real;
 
-pub use arithmetic::{Add, Div, Mul, Neg, Sub};
+pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use claim::Claim;
 pub use equivalent::Equivalent;
 pub use gap::{Hallucination, Regret};
 pub use mixture_std::MixtureStd;
 pub use quantile::Quantile;
-pub use reduce::{Iqm, Max, Mean, Median, Min, Std, Stderr};
+pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
 pub use rmse::Rmse;
 pub use select::Select;
 pub use sort::Sort;
@@ -31,6 +31,8 @@ pub use sort::Sort;
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .op::<Mean>()
+        .op::<Sum>()
+        .op::<Share>()
         .op::<Median>()
         .op::<Iqm>()
         .op::<Std>()
@@ -44,6 +46,12 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Mul>()
         .op::<Div>()
         .op::<Neg>()
+        .op::<Less>()
+        .op::<AtMost>()
+        .op::<Greater>()
+        .op::<AtLeast>()
+        .op::<Equal>()
+        .op::<Unequal>()
         .op::<Select>()
         .op::<Regret>()
         .op::<Hallucination>()

@@ -28,6 +28,10 @@ macro_rules! reductions {
 reductions! {
     /// The arithmetic mean.
     Mean = "mean" by moments::mean;
+    /// The sum of the numbers.
+    Sum = "sum" by moments::sum;
+    /// The share of coordinates at which a condition is true: `share(a < b, over: seed)`.
+    Share = "share" by moments::mean;
     /// The median.
     Median = "median" by order::median;
     /// The interquartile mean: the mean without the lowest and the highest quarter, rounded down.
