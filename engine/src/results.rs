@@ -63,7 +63,8 @@ pub enum Setting {
 pub struct Measure {
     /// Axes first, by name, then the dimensions inside.
     pub dims: Vec<Dim>,
-    /// The numbers; none where a node that they need has failed.
+    /// The numbers, NaN where a node that they need has failed; none if they differ in their
+    /// dimensions from coordinate to coordinate.
     pub values: Vec<f64>,
 }
 
@@ -166,14 +167,17 @@ fn bytes(source: &Source, outcome: &Outcome) -> Option<Arc<[u8]>> {
     }
 }
 
+/// The numbers of a measure; NaN where a node that they need has failed.
 fn measure(family: &Family, outcome: &Outcome) -> Measure {
     let decode = |source| bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
-    let values: Option<Vec<Array>> = family.sources.iter().map(decode).collect();
-    let gathered =
-        values.map(|values| Gathered { dims: family.dims.clone(), values, name: String::new() });
-    match gathered.map(|gathered| Array::stack(&gathered)) {
-        Some(Ok(array)) => Measure { dims: array.dims, values: array.values },
-        _ => Measure { dims: family.dims.clone(), values: Vec::new() },
+    let known: Vec<Option<Array>> = family.sources.iter().map(decode).collect();
+    let mut unknown = known.iter().flatten().next().cloned().unwrap_or(Array::scalar(f64::NAN));
+    unknown.values.fill(f64::NAN);
+    let values = known.into_iter().map(|value| value.unwrap_or_else(|| unknown.clone())).collect();
+    let gathered = Gathered { dims: family.dims.clone(), values, name: String::new() };
+    match Array::stack(&gathered) {
+        Ok(array) => Measure { dims: array.dims, values: array.values },
+        Err(_) => Measure { dims: family.dims.clone(), values: Vec::new() },
     }
 }
 
