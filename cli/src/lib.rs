@@ -62,7 +62,11 @@ pub fn run(
         Err(trouble) => {
             // Where this cannot be written either, the code is all that is left.
             let _ = writeln!(err, "error: {trouble}");
-            if matches!(trouble, Trouble::Spec { .. }) { WRONG } else { BROKEN }
+            if matches!(trouble, Trouble::Spec { .. } | Trouble::Expand(_)) {
+                WRONG
+            } else {
+                BROKEN
+            }
         }
     }
 }

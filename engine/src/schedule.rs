@@ -242,7 +242,10 @@ impl<'a> Run<'a> {
                 let Some((_, Reverse(node))) = self.runnable.pop() else {
                     break;
                 };
-                self.launch(node, scope, sender)?;
+                // An input that was lost since it was queued may have failed to run again.
+                if self.lost(node).is_none() {
+                    self.launch(node, scope, sender)?;
+                }
             }
             if self.running == 0 && (self.elsewhere.is_empty() || self.stopped) {
                 return Ok(());
@@ -353,6 +356,10 @@ impl<'a> Run<'a> {
                 self.listen.event(Event::Finished { address: &step.address, millis, left_millis });
             }
             Err(Problem::Missing(inputs)) => {
+                if let Some(cause) = inputs.iter().find_map(|input| self.lost(*input)) {
+                    self.skip(vec![node], cause);
+                    return Ok(());
+                }
                 self.waiting[node.index()] += inputs.len();
                 for input in inputs {
                     self.force(input, Some(node));
@@ -396,23 +403,42 @@ impl<'a> Run<'a> {
         self.nodes[node.index()].fate = fate;
     }
 
+    /// The node that failed, if this one has no bytes because of it.
+    fn lost(&self, node: NodeIndex) -> Option<NodeIndex> {
+        match self.nodes[node.index()].fate {
+            Fate::Failed { .. } => Some(node),
+            Fate::Skipped { cause } => Some(cause),
+            Fate::Waiting | Fate::Hit | Fate::Ran { .. } => None,
+        }
+    }
+
     /// Notes a failure, and skips what depends on it.
     fn fail(&mut self, node: NodeIndex, why: &str) {
         self.listen.event(Event::Failed { address: &self.step(node).address, why });
         self.end(node, Fate::Failed { why: why.to_owned() });
-        self.nodes[node.index()].output = None;
         self.stopped |= self.options.fail_fast;
-        let cause = node;
-        let mut todo: Vec<NodeIndex> = self.plan.graph.neighbors(node).collect();
-        todo.extend(self.forced.remove(&node).unwrap_or_default());
+        let stranded = self.stranded(node);
+        self.skip(stranded, node);
+    }
+
+    /// Skips some nodes, and what needs them.
+    fn skip(&mut self, mut todo: Vec<NodeIndex>, cause: NodeIndex) {
         while let Some(node) = todo.pop() {
-            if self.nodes[node.index()].fate == Fate::Waiting {
+            // A known node whose bytes are gone is as good as one that never ran.
+            let known = matches!(self.nodes[node.index()].fate, Fate::Hit | Fate::Ran { .. });
+            if self.lost(node).is_none() && (!known || self.forced.contains_key(&node)) {
                 self.end(node, Fate::Skipped { cause });
                 let (address, cause) = (&self.step(node).address, &self.step(cause).address);
                 self.listen.event(Event::Skipped { address, cause });
-                todo.extend(self.plan.graph.neighbors(node));
+                todo.extend(self.stranded(node));
             }
         }
+    }
+
+    /// Those that wait for a node which will not end.
+    fn stranded(&mut self, node: NodeIndex) -> Vec<NodeIndex> {
+        let waiters = self.forced.remove(&node).unwrap_or_default();
+        self.plan.graph.neighbors(node).chain(waiters).collect()
     }
 
     /// Reads the results asked for. Returns whether some must run again for it.
@@ -422,7 +448,7 @@ impl<'a> Run<'a> {
             let Some(output) = &self.nodes[node.index()].output else {
                 continue;
             };
-            if self.values.contains_key(&node) {
+            if self.values.contains_key(&node) || self.lost(node).is_some() {
                 continue;
             }
             if let Fetched::Bytes(bytes) = self.objects.read(output)? {

@@ -173,3 +173,24 @@ fn a_second_result_for_one_key_names_the_operation() {
     };
     assert!(why.contains("fickle@1") && why.contains("a fickle node"), "{why}");
 }
+
+#[test]
+fn what_needs_lost_bytes_that_cannot_be_made_again_is_skipped() {
+    let folder = tempfile::tempdir().unwrap();
+    // The first sums nothing; node 0 is then made fickle.
+    let fickle = |nodes: &[(f64, &[usize])]| {
+        let mut plan = plan(nodes);
+        let first = &mut plan.graph[NodeIndex::new(0)];
+        (first.op, first.args, first.ports) = ("fickle".into(), Args::new(), Vec::new());
+        plan
+    };
+    let known: [(f64, &[usize]); 2] = [(0.0, &[]), (1.0, &[0])];
+    assert_eq!(fates(&run(&fickle(&known), folder.path(), &[1])), "rr");
+    std::fs::remove_dir_all(folder.path().join("objects")).unwrap();
+    std::fs::create_dir(folder.path().join("objects")).unwrap();
+    // Node 1 is known, but its bytes are wanted; the others are new. All need those of node 0.
+    let nodes = [known[0], known[1], (2.0, &[0]), (3.0, &[0]), (4.0, &[1]), (5.0, &[])];
+    let outcome = run(&fickle(&nodes), folder.path(), &[1, 4, 5]);
+    assert_eq!(fates(&outcome), "fssssr");
+    assert_eq!(outcome.values.keys().map(|node| node.index()).collect::<Vec<_>>(), [5]);
+}
