@@ -6,7 +6,7 @@ use ivx_grammar::ir::{AxisId, AxisRole, Coord, Expr, ExprId, ExprKind, Feed, Op,
 use ivx_op::{ArgKind, Args, Dim, Labels, Lit, Registry};
 use petgraph::graph::NodeIndex;
 
-use crate::key::{self, Walk};
+use crate::key;
 use crate::plan::{Draw, Family, Fed, Plan, Source, Step};
 
 /// Why a program has no graph: arithmetic that has no result at one coordinate.
@@ -318,13 +318,4 @@ fn places(axes: &[AxisId], sizes: &[usize]) -> impl Iterator<Item = Place> {
         let coordinate = |j: usize| (axes[j], i / strides[j] % sizes[j]);
         (0..axes.len()).map(coordinate).collect()
     })
-}
-
-impl Walk for Vec<u8> {
-    fn item(&mut self, label: &str, bytes: &[u8]) {
-        for part in [label.as_bytes(), bytes] {
-            self.extend((part.len() as u64).to_le_bytes());
-            self.extend(part);
-        }
-    }
 }

@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 
 use ivx_cache::Digest;
 use ivx_op::{Array, Artifact as _, Labels, Lit, Registry};
-use sha2::{Digest as _, Sha256};
 
 use crate::plan::{Source, Step};
 
@@ -22,9 +21,9 @@ pub(crate) trait Walk {
 
 /// The key of a step whose inputs have these digests.
 pub fn key(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> Digest {
-    let mut hash = Hash(Sha256::new());
-    walk(step, registry, |source| input(source).0.to_vec(), &mut hash);
-    Digest(hash.0.finalize().into())
+    let mut bytes = Vec::new();
+    walk(step, registry, |source| input(source).0.to_vec(), &mut bytes);
+    Digest::of(&bytes)
 }
 
 /// The same walk as text: one line a part.
@@ -40,13 +39,12 @@ pub fn number_digest(number: f64) -> Digest {
     Digest::of(&Array::scalar(number).encode())
 }
 
-struct Hash(Sha256);
-
-impl Walk for Hash {
+/// The parts one after another, each preceded by its length.
+impl Walk for Vec<u8> {
     fn item(&mut self, label: &str, bytes: &[u8]) {
         for part in [label.as_bytes(), bytes] {
-            self.0.update((part.len() as u64).to_le_bytes());
-            self.0.update(part);
+            self.extend((part.len() as u64).to_le_bytes());
+            self.extend(part);
         }
     }
 }

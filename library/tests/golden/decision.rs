@@ -41,7 +41,7 @@ fn ce_named(key: &str) -> Option<Box<dyn CertaintyEquivalent>> {
     }
 }
 
-fn ke_named(key: &str) -> Option<Box<dyn KnowledgeEquivalent>> {
+pub(crate) fn ke_named(key: &str) -> Option<Box<dyn KnowledgeEquivalent>> {
     if let Some(xi) = parameter(key, "mvm") {
         return Some(Box::new(Mvm { xi }));
     }

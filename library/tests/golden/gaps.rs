@@ -2,13 +2,14 @@
 
 use ivx_library::artifact::Decision;
 use ivx_library::env::{Reward, Sinusoids};
-use ivx_library::ke::{Bcm, Cvar, KnowledgeEquivalent, Ma, MeanStd, Wcm};
+use ivx_library::ke::{KnowledgeEquivalent, MeanStd};
 use ivx_library::metric::{Hallucination, Regret};
 use ivx_library::planner::{choose, equivalents};
 use ivx_op::{Ctx, One, Op};
 use serde_json::{Value, json};
 
-use crate::harness::{Case, check_kind, numbers, parameter, rows};
+use crate::decision;
+use crate::harness::{Case, check_kind, numbers, rows};
 
 #[test]
 fn golden_gaps() {
@@ -37,15 +38,9 @@ fn gaps(case: &Case, path: &[&str]) -> Option<Value> {
 }
 
 fn ke_named(key: &str) -> Option<Box<dyn KnowledgeEquivalent>> {
-    if let Some(alpha) = parameter(key, "cvar_lower") {
-        return Some(Box::new(Cvar { alpha }));
-    }
     match key {
-        "ma" => Some(Box::new(Ma {})),
-        "wcm" => Some(Box::new(Wcm {})),
-        "bcm" => Some(Box::new(Bcm {})),
         "mean_minus_std" => Some(Box::new(MeanStd { beta: -1.0 })),
-        _ => None,
+        other => decision::ke_named(other),
     }
 }
 
