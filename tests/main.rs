@@ -1,6 +1,7 @@
 //! Tests that cross the boundaries of ivx's crates.
 
 mod cases;
+mod claims;
 mod docs;
 mod editors;
 mod examples;

@@ -100,12 +100,14 @@ pub enum ItemKind {
         /// Its value.
         value: Expr,
     },
-    /// `claim "..." : left < right`.
+    /// `claim "..." : left < right` or `claim "..." : left == right within(0.05)`.
     Claim {
         /// What is claimed, in words.
         name: Spanned<String>,
         /// What is claimed; a comparison unless the author erred.
         value: Expr,
+        /// The tolerance of `within(0.05)`.
+        within: Option<Expr>,
     },
     /// Text that does not read as an item; it has its own diagnostic.
     Junk,

@@ -83,6 +83,11 @@ fn expressions_break_before_operators() {
         &format!("claim \"c\" : {long} + {long} < {long}"),
         &format!("claim \"c\" :\n    {long} + {long}\n        < {long}"),
     );
+    check("claim \"c\":a==b\nwithin ( 0.05 )", "claim \"c\" : a == b within(0.05)");
+    check(
+        &format!("claim \"c\" : {long} + {long} == {long} within(0.05)"),
+        &format!("claim \"c\" :\n    {long} + {long}\n        == {long} within(0.05)"),
+    );
     check(
         &format!("let a = {long} * {long} - {long}"),
         &format!("let a =\n    {long} * {long}\n        - {long}"),

@@ -52,7 +52,11 @@ impl<'d> Build<'d> {
             Rule::valued => {
                 let head = parts.part();
                 let value = self.expr(parts.part(), 0);
-                self.declared(head, value)
+                let mut kind = self.declared(head, value);
+                if let (ItemKind::Claim { within, .. }, Some(pair)) = (&mut kind, parts.next()) {
+                    *within = Some(self.expr(Parts::of(pair).part(), 0));
+                }
+                kind
             }
             other => unreachable!("{other:?} is not an item"),
         })
@@ -91,7 +95,9 @@ impl<'d> Build<'d> {
             Rule::measure_head => ItemKind::Measure { name: self.name(&parts.part()), value },
             Rule::figure_head => ItemKind::Figure { name: self.string(&parts.part()), value },
             Rule::table_head => ItemKind::Table { name: self.string(&parts.part()), value },
-            Rule::claim_head => ItemKind::Claim { name: self.string(&parts.part()), value },
+            Rule::claim_head => {
+                ItemKind::Claim { name: self.string(&parts.part()), value, within: None }
+            }
             other => unreachable!("{other:?} does not begin an item"),
         }
     }
@@ -347,6 +353,7 @@ fn means_something(pair: &Pair<'_>) -> bool {
             | Rule::dot
             | Rule::dots
             | Rule::as_word
+            | Rule::within_word
     )
 }
 

@@ -194,6 +194,8 @@ impl Context<'_> {
             }
             ("let", ":") if wants("`=`") => "a `let` names no type: write `let x = 1`",
             (_, ":" | "==") if wants("`=`") => "write `=`",
+            ("claim", _) if before.ends_with("within") => "write `within(0.05)`",
+            (_, "within") => "`within(..)` ends a claim, behind the right side of its `==`",
             ("claim", _) if quotable && wants("a string") => {
                 "what is claimed stands in quotes: `claim \"in words\" : left < right`"
             }
@@ -328,6 +330,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::dots => (10, "`..`"),
         Rule::arith | Rule::compare => (11, "an operator"),
         Rule::as_word => (11, "`as`"),
+        Rule::within | Rule::within_word => (11, "`within`"),
         Rule::langle => (11, "`<`"),
         Rule::end | Rule::EOI | Rule::item_word => (12, "the next item"),
         Rule::edition
@@ -349,9 +352,9 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         | Rule::figure_head
         | Rule::table_head
         | Rule::claim_head => (12, "an item"),
-        // Always one of several ways on; the others say more.
-        Rule::lparen
-        | Rule::lbracket
+        // Nearly always one of several ways on; the others say more.
+        Rule::lparen => (20, "`(`"),
+        Rule::lbracket
         | Rule::dot
         | Rule::params
         | Rule::args

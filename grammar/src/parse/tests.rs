@@ -39,6 +39,14 @@ fn items() {
         &["(measure m a)", r#"(figure "1" b)"#, r#"(table "2" c)"#, r#"(claim "3" (< d e))"#],
     );
     check(
+        "claim \"1\" : a == b within(0.05)\nclaim \"2\" : within (c) == d + within within(e) let within = 1",
+        &[
+            r#"(claim "1" (== a b) within 0.05)"#,
+            r#"(claim "2" (== (within c) (+ d within)) within e)"#,
+            "(let within 1)",
+        ],
+    );
+    check(
         "table \"1\" = table(a) figure \"2\" = figure (b) table \"3\" =\ntable(c)",
         &[r#"(table "1" (table a))"#, r#"(figure "2" (figure b))"#, r#"(table "3" (table c))"#],
     );

@@ -19,9 +19,11 @@ declare! {
     /// With a dimension `seed`, differences are paired, and the claim holds when the interval of
     /// their mean lies on the claimed side and fails when it lies on the other. The interval is
     /// Student's t below 20 seeds and a percentile bootstrap of 10 000 resamples from 20 on; below
-    /// 5 seeds the claim is undecided. `==` and `!=` ask whether all differences are exactly 0.
-    /// Without `seed` the numbers compare plainly. What is not a number decides nothing.
-    pub struct Claim = "claim" @ 1 -> Verdict {
+    /// 5 seeds the claim is undecided. `==` and `!=` ask whether all differences are exactly 0;
+    /// `==` within a tolerance `t`, whether the interval lies in `[−t, t]`, and it fails when
+    /// they are apart. Without `seed` the numbers compare plainly, and within a tolerance if the
+    /// difference is at most `t`. What is not a number decides nothing.
+    pub struct Claim = "claim" @ 2 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -30,6 +32,8 @@ declare! {
         relation: String;
         /// How often such intervals hold the true mean.
         confidence: f64 = 0.95, in 0.5..=0.999;
+        /// How far apart the sides of `==` may be, in their unit.
+        within: f64 = 0.0, in 0.0..;
     }
 }
 
@@ -51,7 +55,7 @@ impl Op for Claim {
                 self.over_seeds(relation, &differences, at, ctx)
             } else {
                 let estimate = differences[0];
-                let outcome = relation.judge(estimate, estimate);
+                let outcome = relation.judge(estimate, estimate, self.within);
                 Finding { at, outcome, estimate, interval: None, n: 0 }
             }
         });
@@ -68,15 +72,16 @@ impl Claim {
         at: Vec<(String, String)>,
         ctx: &Ctx,
     ) -> Finding {
-        let (n, estimate) = (differences.len(), mean(differences));
+        let estimate = mean(differences);
+        let n = differences.len();
         let finding = |outcome, interval| Finding { at, outcome, estimate, interval, n };
         if n < MIN_SEEDS {
             return finding(Outcome::Undecided, None);
         }
-        if matches!(relation, Relation::Equal | Relation::Unequal) {
+        if matches!(relation, Relation::Equal | Relation::Unequal) && self.within == 0.0 {
             let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let furthest = furthest.expect("a group is not empty");
-            return finding(relation.judge(furthest, furthest), None);
+            return finding(relation.judge(furthest, furthest, 0.0), None);
         }
         let (low, high) = if n < BOOTSTRAP_SEEDS {
             student_t(differences, self.confidence)
@@ -85,7 +90,7 @@ impl Claim {
             let mut rng = Ctx { seed: 0, member: None, ..*ctx }.rng("bootstrap", &[]);
             bootstrap(differences, self.confidence, &mut rng)
         };
-        finding(relation.judge(low, high), Some((low, high)))
+        finding(relation.judge(low, high, self.within), Some((low, high)))
     }
 }
 
@@ -128,13 +133,15 @@ impl Relation {
 
     /// What an interval of the difference, left minus right, says of the claim: `Holds` if it is
     /// true of every number in the interval, `Fails` if of none.
-    fn judge(self, low: f64, high: f64) -> Outcome {
+    ///
+    /// - `within`: how far from 0 counts as equal.
+    fn judge(self, low: f64, high: f64, within: f64) -> Outcome {
         let (always, never) = match self {
             Self::Less => (high < 0.0, low >= 0.0),
             Self::LessOrEqual => (high <= 0.0, low > 0.0),
             Self::Greater => (low > 0.0, high <= 0.0),
             Self::GreaterOrEqual => (low >= 0.0, high < 0.0),
-            Self::Equal => (low == 0.0 && high == 0.0, low > 0.0 || high < 0.0),
+            Self::Equal => (-within <= low && high <= within, low > within || high < -within),
             Self::Unequal => (low > 0.0 || high < 0.0, low == 0.0 && high == 0.0),
         };
         match (always, never) {
@@ -168,7 +175,13 @@ mod tests {
 
     fn claim(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Verdict {
         let relation = relation.to_owned();
-        Claim { left, right, relation, confidence: 0.95 }.run(&CTX).unwrap()
+        Claim { left, right, relation, confidence: 0.95, within: 0.0 }.run(&CTX).unwrap()
+    }
+
+    /// The finding on `left == right within(..)`.
+    fn within(within: f64, left: Everything<Array>, right: Everything<Array>) -> Finding {
+        let claim = Claim { left, right, relation: "==".into(), confidence: 0.95, within };
+        claim.run(&CTX).unwrap().findings.remove(0)
     }
 
     fn outcome(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Outcome {
@@ -215,6 +228,28 @@ mod tests {
     }
 
     #[test]
+    fn equality_within_a_tolerance_is_of_the_interval() {
+        use Outcome::{Fails, Holds, Undecided};
+        // Mean 3, s² = 2.5: the interval of the mean is 3 ± 1.963.
+        let by = |tolerance, n| {
+            within(tolerance, seeds(&[1.0, 2.0, 3.0, 4.0, 5.0][..n]), scalar(0.0)).outcome
+        };
+        assert_eq!([by(5.0, 5), by(3.0, 5), by(1.0, 5)], [Holds, Undecided, Fails]);
+        assert_eq!(by(5.0, 4), Undecided);
+        let finding = within(5.0, scalar(0.0), seeds(&[1.0, 2.0, 3.0, 4.0, 5.0]));
+        let (low, high) = finding.interval.unwrap();
+        assert!((low + 4.963).abs() < 1e-3 && (high + 1.037).abs() < 1e-3, "{low} {high}");
+        assert_eq!((finding.outcome, finding.estimate, finding.n), (Holds, -3.0, 5));
+
+        let plainly = |tolerance, l| within(tolerance, scalar(l), scalar(2.0)).outcome;
+        assert_eq!(
+            [plainly(0.5, 2.5), plainly(0.5, 1.5), plainly(0.5, 2.6)],
+            [Holds, Holds, Fails]
+        );
+        assert_eq!(plainly(0.5, f64::NAN), Undecided);
+    }
+
+    #[test]
     fn other_axes_mean_for_all() {
         let ke = Dim::new("ke", Labels::Names(vec!["WCM".into(), "BCM".into()]));
         let n = Dim::new("n", Labels::Numbers(vec![5.0, 10.0]));
@@ -233,7 +268,7 @@ mod tests {
     #[test]
     fn unknown_relations_are_refused() {
         let (left, right) = (scalar(0.0), scalar(1.0));
-        let claim = Claim { left, right, relation: "~".into(), confidence: 0.95 };
+        let claim = Claim { left, right, relation: "~".into(), confidence: 0.95, within: 0.0 };
         assert!(claim.run(&CTX).is_err());
     }
 

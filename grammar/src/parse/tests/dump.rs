@@ -35,7 +35,10 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Measure { name, value } => format!("measure {} {}", name.value, expr(value)),
         ItemKind::Figure { name, value } => format!("figure {:?} {}", name.value, expr(value)),
         ItemKind::Table { name, value } => format!("table {:?} {}", name.value, expr(value)),
-        ItemKind::Claim { name, value } => format!("claim {:?} {}", name.value, expr(value)),
+        ItemKind::Claim { name, value, within } => {
+            let within = within.as_ref().map(|within| format!(" within {}", expr(within)));
+            format!("claim {:?} {}{}", name.value, expr(value), within.unwrap_or_default())
+        }
         ItemKind::Junk => "junk".to_owned(),
     };
     format!("({docs}{inner})")

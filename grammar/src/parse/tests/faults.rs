@@ -28,6 +28,21 @@ fn broken_items() {
         ],
     );
     check(
+        "claim \"c\" : a == b within 0.5\nlet d = 1",
+        &[
+            "(claim \"c\" junk)",
+            "(let d 1)",
+            "IVX0101 1:27 expected `(`, found `0.5`; write `within(0.05)`",
+        ],
+    );
+    check(
+        "measure m = a == b within(0.5)",
+        &[
+            "(measure m (== a b))",
+            "IVX0101 1:20 expected an operator or the next item, found `within`; `within(..)` ends a claim, behind the right side of its `==`",
+        ],
+    );
+    check(
         "claim c : a < b",
         &[
             "(junk)",
