@@ -23,6 +23,44 @@ experiment e {{
 }
 
 #[test]
+fn fewer_than_five_seeds_decide_nothing() {
+    let claims = "claim \"paired\" : far < 9.0
+    claim \"reduced\" : mean(far, over: seed) < 9.0
+    claim \"shared\" : share(far < 9.0, over: seed) >= 0.9
+    claim \"reduced far up\" : 2.0 * max(far * 2.0, over: seed) - truth < 99.0
+    claim \"one side\" : truth < mean(far, over: seed) + 9.0
+    claim \"picked\" : far[seed: 0] < 9.0
+    claim \"some\" : mean(far[seed: [0, 1]], over: seed) < 9.0
+    claim \"against one\" : far < far[seed: 0] + 9.0
+    claim \"deterministic\" : truth < 9.0";
+    let (holds, undecided) = ("holds", "undecided");
+    let mut expected = [undecided; 9];
+    expected[8] = holds;
+    assert_eq!(outcomes(claims, "axis seed = 0..4"), expected);
+    expected[..5].fill(holds);
+    assert_eq!(outcomes(claims, "axis seed = 0..5"), expected);
+}
+
+#[test]
+fn without_an_axis_there_is_one_seed() {
+    let claims = "claim \"drawn\" : far < 9.0\n claim \"deterministic\" : truth < 9.0";
+    assert_eq!(outcomes(claims, ""), ["undecided", "holds"]);
+}
+
+#[test]
+fn the_want_of_seeds_is_told() {
+    let spec = "edition \"2026\"
+experiment e {
+    let data = sample(sinusoids(), n: 5)
+    claim \"near\" : mean(support_distance(data, at: grid(0.0, 1.0, points: 3)), over: x) < 9.0
+}
+";
+    let project = Project::with(&[("e.ivx", spec)]);
+    let said = project.run("exec", "e.ivx", &[]).out;
+    assert!(said.contains(", n = 1: fewer than 5 seeds decide nothing"), "{said}");
+}
+
+#[test]
 fn equality_has_a_tolerance() {
     let claims = "claim \"wide\" : far == 0.0 within(9.0)
     claim \"narrow\" : far == 9.0 within(1e-3)

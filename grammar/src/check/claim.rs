@@ -52,10 +52,15 @@ impl<'a> Checker<'a> {
         if !self.distinct(&all.collect(), title.span) {
             return None;
         }
+        // A side that rests on too few seeds decides nothing, whatever the other rests on.
+        let seeds = [left.id, right.id].map(|side| self.n_seeds(side));
+        let seeds = seeds.into_iter().filter(|n| *n > 0).min().unwrap_or(0);
+        let seeds = i64::try_from(seeds).expect("axes are bounded");
         let args = BTreeMap::from([
             ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
             ("confidence".to_owned(), Desc::Lit(Lit::Real(0.95))),
             ("within".to_owned(), Desc::Lit(Lit::Real(within))),
+            ("seeds".to_owned(), Desc::Lit(Lit::Int(seeds))),
         ]);
         let ports = [("left", left), ("right", right)];
         let ports = ports.map(|(port, side)| (port.to_owned(), vec![self.everything(side.id)]));

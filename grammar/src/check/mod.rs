@@ -6,6 +6,7 @@
 mod axis;
 mod call;
 mod claim;
+mod drawn;
 mod experiment;
 mod expr;
 mod gather;
@@ -92,6 +93,7 @@ pub fn check(
         files: BTreeMap::new(),
         used: BTreeSet::new(),
         spans: Vec::new(),
+        drawn: Vec::new(),
         n_nodes: 0,
         n_steps: 0,
         depth: 0,
@@ -152,6 +154,8 @@ struct Checker<'a> {
     used: BTreeSet<(usize, String)>,
     /// Where each expression of the program stands.
     spans: Vec<crate::Span>,
+    /// The random numbers upstream of expressions, as far as they were asked for.
+    drawn: Vec<drawn::Drawn>,
     /// Nodes so far.
     n_nodes: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.

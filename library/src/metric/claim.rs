@@ -7,9 +7,6 @@ use super::reduce::Groups;
 use crate::math::interval::{bootstrap, student_t};
 use crate::math::moments::mean;
 
-/// Below this many seeds nothing is decided.
-const MIN_SEEDS: usize = 5;
-
 /// From this many seeds on, the interval is the bootstrap's and not Student's.
 const BOOTSTRAP_SEEDS: usize = 20;
 
@@ -22,8 +19,9 @@ declare! {
     /// 5 seeds the claim is undecided. `==` and `!=` ask whether all differences are exactly 0;
     /// `==` within a tolerance `t`, whether the interval lies in `[−t, t]`, and it fails when
     /// they are apart. Without `seed` the numbers compare plainly, and within a tolerance if the
-    /// difference is at most `t`. What is not a number decides nothing.
-    pub struct Claim = "claim" @ 2 -> Verdict {
+    /// difference is at most `t`. Sides that rest on fewer than 5 seeds decide nothing either, and
+    /// neither does what is not a number.
+    pub struct Claim = "claim" @ 3 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -34,6 +32,8 @@ declare! {
         confidence: f64 = 0.95, in 0.5..=0.999;
         /// How far apart the sides of `==` may be, in their unit.
         within: f64 = 0.0, in 0.0..;
+        /// How many seeds the sides rest on, by the side with fewer; 0 where nothing draws.
+        seeds: usize = 0;
     }
 }
 
@@ -55,8 +55,12 @@ impl Op for Claim {
                 self.over_seeds(relation, &differences, at, ctx)
             } else {
                 let estimate = differences[0];
-                let outcome = relation.judge(estimate, estimate, self.within);
-                Finding { at, outcome, estimate, interval: None, n: 0 }
+                let (outcome, n) = if self.lacks_seeds() {
+                    (Outcome::Undecided, self.seeds)
+                } else {
+                    (relation.judge(estimate, estimate, self.within), 0)
+                };
+                Finding { at, outcome, estimate, interval: None, n }
             }
         });
         Ok(Verdict { findings: findings.collect() })
@@ -64,6 +68,11 @@ impl Op for Claim {
 }
 
 impl Claim {
+    /// Whether a side rests on too few seeds.
+    fn lacks_seeds(&self) -> bool {
+        (1..Finding::MIN_SEEDS).contains(&self.seeds)
+    }
+
     /// The finding from one difference a seed.
     fn over_seeds(
         &self,
@@ -73,9 +82,9 @@ impl Claim {
         ctx: &Ctx,
     ) -> Finding {
         let estimate = mean(differences);
-        let n = differences.len();
+        let n = if self.lacks_seeds() { self.seeds } else { differences.len() };
         let finding = |outcome, interval| Finding { at, outcome, estimate, interval, n };
-        if n < MIN_SEEDS {
+        if n < Finding::MIN_SEEDS {
             return finding(Outcome::Undecided, None);
         }
         if matches!(relation, Relation::Equal | Relation::Unequal) && self.within == 0.0 {
@@ -175,12 +184,13 @@ mod tests {
 
     fn claim(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Verdict {
         let relation = relation.to_owned();
-        Claim { left, right, relation, confidence: 0.95, within: 0.0 }.run(&CTX).unwrap()
+        Claim { left, right, relation, confidence: 0.95, within: 0.0, seeds: 0 }.run(&CTX).unwrap()
     }
 
     /// The finding on `left == right within(..)`.
     fn within(within: f64, left: Everything<Array>, right: Everything<Array>) -> Finding {
-        let claim = Claim { left, right, relation: "==".into(), confidence: 0.95, within };
+        let claim =
+            Claim { left, right, relation: "==".into(), confidence: 0.95, within, seeds: 0 };
         claim.run(&CTX).unwrap().findings.remove(0)
     }
 
@@ -228,6 +238,23 @@ mod tests {
     }
 
     #[test]
+    fn what_was_reduced_over_few_seeds_decides_nothing() {
+        let of = |seeds, left: Everything<Array>| {
+            let (relation, right) = ("<".to_owned(), scalar(9.0));
+            let claim = Claim { left, right, relation, confidence: 0.95, within: 0.0, seeds };
+            let finding = claim.run(&CTX).unwrap().findings.remove(0);
+            (finding.outcome, finding.n, finding.lacks_seeds())
+        };
+        assert_eq!(of(0, scalar(1.0)), (Outcome::Holds, 0, false));
+        assert_eq!(of(1, scalar(1.0)), (Outcome::Undecided, 1, true));
+        assert_eq!(of(4, scalar(1.0)), (Outcome::Undecided, 4, true));
+        assert_eq!(of(5, scalar(1.0)), (Outcome::Holds, 0, false));
+        // Paired with what was picked from one seed.
+        assert_eq!(of(1, seeds(&[1.0; 6])), (Outcome::Undecided, 1, true));
+        assert_eq!(of(6, seeds(&[1.0; 6])), (Outcome::Holds, 6, false));
+    }
+
+    #[test]
     fn equality_within_a_tolerance_is_of_the_interval() {
         use Outcome::{Fails, Holds, Undecided};
         // Mean 3, s² = 2.5: the interval of the mean is 3 ± 1.963.
@@ -268,7 +295,8 @@ mod tests {
     #[test]
     fn unknown_relations_are_refused() {
         let (left, right) = (scalar(0.0), scalar(1.0));
-        let claim = Claim { left, right, relation: "~".into(), confidence: 0.95, within: 0.0 };
+        let claim =
+            Claim { left, right, relation: "~".into(), confidence: 0.95, within: 0.0, seeds: 0 };
         assert!(claim.run(&CTX).is_err());
     }
 
