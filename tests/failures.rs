@@ -63,6 +63,26 @@ fn settings_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn a_profile_builds_on_its_base() {
+    let project = Project::with(&[
+        ("lib/sizes.ivx", include_str!("cases/lib/sizes.ivx")),
+        ("e.ivx", include_str!("cases/ok_profile_base.ivx")),
+    ]);
+    for (profile, params) in [
+        ("paper", ["\"sizes.steps\": 3", "\"n\": 30", "\"noise\": 0.1"]),
+        ("small", ["\"sizes.steps\": 3", "\"n\": 10", "\"noise\": 0.2"]),
+        ("quick", ["\"sizes.steps\": 1", "\"n\": 10", "\"noise\": 0.2"]),
+        ("desk", ["\"sizes.steps\": 1", "\"n\": 20", "\"noise\": 0.2"]),
+    ] {
+        project.executed("e.ivx", &["--profile", profile]);
+        let results = project.read("results/e/results.ron");
+        for param in params {
+            assert!(results.contains(param), "{profile}: {param}: {results}");
+        }
+    }
+}
+
+#[test]
 fn differences_between_results_are_told() {
     let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
     project.executed("small.ivx", &[]);

@@ -49,10 +49,12 @@ pub enum ItemKind {
         /// Its value unless a profile or the command line sets another.
         value: Expr,
     },
-    /// `profile quick { members = 8, steps = 500 }`.
+    /// `profile quick { members = 8, steps = 500 }` or `profile desk: quick { steps = 5_000 }`.
     Profile {
         /// Its name.
         name: Name,
+        /// The profile whose settings it takes over.
+        base: Option<Name>,
         /// What it sets.
         sets: Vec<(Name, Expr)>,
     },

@@ -14,6 +14,7 @@ mod lint;
 mod member;
 mod op;
 mod param;
+mod profile;
 mod scope;
 mod select;
 mod value;
@@ -81,7 +82,7 @@ pub fn check(
         spec: Spec::default(),
         diagnostics,
         settings,
-        profile: None,
+        profiles: Vec::new(),
         set_by: BTreeMap::new(),
         axes: BTreeMap::new(),
         members: BTreeMap::new(),
@@ -130,8 +131,8 @@ struct Checker<'a> {
     spec: Spec,
     diagnostics: Vec<Diagnostic>,
     settings: &'a Settings,
-    /// The profile in force.
-    profile: Option<String>,
+    /// The profiles in force: the one chosen last, each behind its base.
+    profiles: Vec<String>,
     /// Who set each parameter, for messages.
     set_by: BTreeMap<(usize, String), String>,
     /// Axes by declaration.

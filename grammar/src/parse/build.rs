@@ -42,8 +42,14 @@ impl<'d> Build<'d> {
             }
             Rule::profile => {
                 let name = self.name(&parts.part());
-                let sets = parts.map(|set| self.named_value(set, 0)).collect();
-                ItemKind::Profile { name, sets }
+                let (mut base, mut sets) = (None, Vec::new());
+                for part in parts {
+                    match part.as_rule() {
+                        Rule::name => base = Some(self.name(&part)),
+                        _ => sets.push(self.named_value(part, 0)),
+                    }
+                }
+                ItemKind::Profile { name, base, sets }
             }
             Rule::axis => {
                 let name = self.only_name(parts.part());

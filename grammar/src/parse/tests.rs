@@ -22,6 +22,10 @@ fn items() {
         &["(profile quick a: 1 b: 2)", "(profile desk a: 1 b: -2)", "(profile none)"],
     );
     check(
+        "profile desk: quick { a = 1 } profile d : q {}",
+        &["(profile desk of quick a: 1)", "(profile d of q)"],
+    );
+    check(
         "axis seed = 0..seeds axis x = a.b..f(1)+2",
         &["(axis seed 0..seeds)", "(axis x a.b..(+ (f 1) 2))"],
     );

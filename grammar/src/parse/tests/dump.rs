@@ -14,7 +14,10 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Param { name, ty, value } => {
             format!("param {} {} {}", name.value, type_of(ty), expr(value))
         }
-        ItemKind::Profile { name, sets } => format!("profile {}{}", name.value, named(sets)),
+        ItemKind::Profile { name, base, sets } => {
+            let base = base.as_ref().map(|base| format!(" of {}", base.value));
+            format!("profile {}{}{}", name.value, base.unwrap_or_default(), named(sets))
+        }
         ItemKind::Axis { name, values } => format!("axis {} {}", name.value, axis(values)),
         ItemKind::Let { name, params: None, value } => {
             format!("let {} {}", name.value, expr(value))
