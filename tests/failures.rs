@@ -63,6 +63,19 @@ fn settings_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn the_limit_of_nodes_is_set_by_hand() {
+    let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
+    for command in ["check", "plan", "exec"] {
+        let said = project.run(command, "small.ivx", &["--max-nodes", "7"]);
+        assert_eq!(said.code, 2, "{command}");
+        let told = "the program has more than 7 nodes, with this one for each of 2 seed × 2 ke";
+        assert!(said.err.contains(told), "{}", said.err);
+        assert!(said.err.contains("`--max-nodes` raises the limit"), "{}", said.err);
+    }
+    assert_eq!(project.run("check", "small.ivx", &["--max-nodes", "100"]).code, 0);
+}
+
+#[test]
 fn a_profile_builds_on_its_base() {
     let project = Project::with(&[
         ("lib/sizes.ivx", include_str!("cases/lib/sizes.ivx")),

@@ -393,14 +393,18 @@ impl<'a> Checker<'a> {
     /// Adds an expression to the program.
     pub(super) fn push(&mut self, expr: Expr, span: Span) -> ExprId {
         self.n_nodes = self.n_nodes.saturating_add(self.extent(&expr.axes));
-        if self.n_nodes > MAX_NODES {
+        if self.n_nodes > self.max_nodes {
             let sizes = expr.axes.iter().map(|axis| {
                 let axis = self.spec.axis(*axis);
-                format!("{}: {}", axis.name, axis.coords.len())
+                format!("{} {}", axis.coords.len(), axis.name)
             });
             let sizes: Vec<_> = sizes.collect();
-            self.outgrown(
-                format!("the program has more than {MAX_NODES} nodes ({})", sizes.join(", ")),
+            let each = match &sizes[..] {
+                [] => String::new(),
+                sizes => format!(", with this one for each of {}", sizes.join(" × ")),
+            };
+            self.too_many(
+                format!("the program has more than {} nodes{each}", self.max_nodes),
                 span,
             );
         }

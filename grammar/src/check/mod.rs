@@ -59,9 +59,11 @@ pub struct Settings {
     pub profile: Option<String>,
     /// Parameters set by hand, by address or by a name that is unique.
     pub sets: Vec<(String, Lit)>,
+    /// Most coordinates of one axis, and most nodes of one program; [`MAX_NODES`] without.
+    pub max_nodes: Option<usize>,
 }
 
-/// Most coordinates of one axis, and most nodes of one program.
+/// Most coordinates of one axis, and most nodes of one program, unless settings say otherwise.
 pub const MAX_NODES: usize = 1_000_000;
 
 /// The checked program and what is wrong with it.
@@ -96,6 +98,7 @@ pub fn check(
         spans: Vec::new(),
         drawn: Vec::new(),
         n_nodes: 0,
+        max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
         n_steps: 0,
         depth: 0,
         too_deep: false,
@@ -157,8 +160,9 @@ struct Checker<'a> {
     spans: Vec<crate::Span>,
     /// The random numbers upstream of expressions, as far as they were asked for.
     drawn: Vec<drawn::Drawn>,
-    /// Nodes so far.
+    /// Nodes so far, and the most there may be.
     n_nodes: usize,
+    max_nodes: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.
     n_steps: usize,
     depth: usize,
@@ -186,11 +190,20 @@ impl Checker<'_> {
         axes.iter().map(|axis| self.spec.axis(*axis).name.clone()).collect()
     }
 
-    /// Says once that the program has too many nodes.
+    /// Says once that the program is too large.
     fn outgrown(&mut self, message: String, span: crate::Span) {
+        let fault = Diagnostic::new(Code::TooLarge, span, message, "too large");
         if !std::mem::replace(&mut self.too_large, true) {
-            let limit = format!("at most {MAX_NODES} can be run");
-            self.fault(Diagnostic::new(Code::TooLarge, span, message, limit));
+            self.fault(fault);
+        }
+    }
+
+    /// Says once that the program has more nodes, or an axis more coordinates, than asked for.
+    fn too_many(&mut self, message: String, span: crate::Span) {
+        let label = format!("at most {} can be run", self.max_nodes);
+        let fault = Diagnostic::new(Code::TooLarge, span, message, label);
+        if !std::mem::replace(&mut self.too_large, true) {
+            self.fault(fault.help("`--max-nodes` raises the limit"));
         }
     }
 }
