@@ -11,6 +11,7 @@ mod failures;
 mod layout;
 mod new;
 mod project;
+mod published;
 mod reruns;
 mod tidy;
 mod versions;

@@ -111,6 +111,13 @@ pub enum ItemKind {
         /// The tolerance of `within(0.05)`.
         within: Option<Expr>,
     },
+    /// `published t33 from "table_3_3.ron"`.
+    Published {
+        /// Its name.
+        name: Name,
+        /// The file, as written.
+        path: Spanned<String>,
+    },
     /// Text that does not read as an item; it has its own diagnostic.
     Junk,
 }

@@ -57,7 +57,9 @@ impl<'a> Checker<'a> {
                         done.params.push((name.value.clone(), lit));
                     }
                 }
-                ItemKind::Let { name, params: None, .. } | ItemKind::Axis { name, .. } => {
+                ItemKind::Let { name, params: None, .. }
+                | ItemKind::Axis { name, .. }
+                | ItemKind::Published { name, .. } => {
                     self.name(&at(&name.value), &name.value, name.span);
                 }
                 ItemKind::Figure { name, value } => {

@@ -78,6 +78,9 @@ impl<'a> Checker<'a> {
             ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
             ExprKind::Select { base, at: selected } => self.select(at, base, selected),
             ExprKind::Field { base, name } => {
+                if let Some(errors) = self.published_errors(at, base, name) {
+                    return errors;
+                }
                 let value = self.expr(at, base);
                 if matches!(value, Val::Poison) {
                     return value;
@@ -143,6 +146,7 @@ impl<'a> Checker<'a> {
             ItemKind::Let { params: None, value, .. } | ItemKind::Measure { value, .. } => {
                 self.expr(&inner, value)
             }
+            ItemKind::Published { path, .. } => self.published(&inner, scope, path, None),
             ItemKind::Let { .. } => {
                 let message = format!("`{name}` is a function");
                 let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");

@@ -15,6 +15,7 @@ mod member;
 mod op;
 mod param;
 mod profile;
+mod published;
 mod scope;
 mod select;
 mod value;
@@ -50,6 +51,8 @@ pub struct File {
     pub ast: Ast,
     /// The files that its `use` and `include` name, by the path as written.
     pub links: BTreeMap<String, usize>,
+    /// The texts of the files that its `published` name, by the path as written.
+    pub texts: BTreeMap<String, String>,
 }
 
 /// What the command line says about parameters.
@@ -97,6 +100,7 @@ pub fn check(
         used: BTreeSet::new(),
         spans: Vec::new(),
         drawn: Vec::new(),
+        published: BTreeMap::new(),
         n_nodes: 0,
         max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
         n_steps: 0,
@@ -105,6 +109,7 @@ pub fn check(
         too_large: false,
     };
     checker.profile();
+    checker.published_files();
     checker.params();
     checker.experiments();
     if runs(&checker.diagnostics) {
@@ -160,6 +165,8 @@ struct Checker<'a> {
     spans: Vec<crate::Span>,
     /// The random numbers upstream of expressions, as far as they were asked for.
     drawn: Vec<drawn::Drawn>,
+    /// Published numbers, by the file that names them and the path as written.
+    published: BTreeMap<(usize, String), ivx_op::Published>,
     /// Nodes so far, and the most there may be.
     n_nodes: usize,
     max_nodes: usize,

@@ -193,7 +193,8 @@ pub(super) fn name_of(item: &Item) -> Option<&Name> {
         ItemKind::Param { name, .. }
         | ItemKind::Axis { name, .. }
         | ItemKind::Let { name, .. }
-        | ItemKind::Measure { name, .. } => Some(name),
+        | ItemKind::Measure { name, .. }
+        | ItemKind::Published { name, .. } => Some(name),
         _ => None,
     }
 }

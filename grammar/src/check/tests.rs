@@ -23,6 +23,7 @@ fn faults_within(items: &str, max_nodes: Option<usize>) -> Vec<Code> {
         text,
         ast,
         links: std::collections::BTreeMap::new(),
+        texts: std::collections::BTreeMap::new(),
     };
     let project = Project { files: vec![file] };
     let (_, diagnostics) =

@@ -131,6 +131,7 @@ fn comments_stay_where_they_are() {
         "axis a = { \"A\": b // b\n, // more\n \"C\": d\n// end\n}",
         "axis a = {\n    \"A\": b,   // b\n    // more\n    \"C\": d,\n    // end\n}",
     );
+    check("published  t\nfrom \"t.ron\"", "published t from \"t.ron\"");
     check("profile p:q{a=1}", "profile p: q { a = 1 }");
     check("profile p { a = 1 // a\n b = 2 }", "profile p {\n    a = 1,   // a\n    b = 2,\n}");
     check("let a = // why\n b + // b\n c", "let a =   // why\n    b\n        +   // b\n        c");

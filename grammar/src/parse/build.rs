@@ -51,6 +51,10 @@ impl<'d> Build<'d> {
                 }
                 ItemKind::Profile { name, base, sets }
             }
+            Rule::published => {
+                let name = self.name(&parts.part());
+                ItemKind::Published { name, path: self.string(&parts.part()) }
+            }
             Rule::axis => {
                 let name = self.only_name(parts.part());
                 ItemKind::Axis { name, values: self.axis_values(parts.part()) }
@@ -360,6 +364,7 @@ fn means_something(pair: &Pair<'_>) -> bool {
             | Rule::dots
             | Rule::as_word
             | Rule::within_word
+            | Rule::from_word
     )
 }
 

@@ -49,11 +49,9 @@ impl Fault {
         let plain = |message: String| Self::plain(text, place, message);
         match found {
             "}" => plain("this `}` closes nothing".to_owned()).label("no block is open"),
-            "published" => plain(not_yet("`published`")).label("not known yet"),
             _ => {
                 let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
-                let known = scan::ITEM_WORDS.into_iter().filter(|word| *word != "published");
-                let help = if word { suggest(found, known) } else { habit(found) };
+                let help = if word { suggest(found, scan::ITEM_WORDS) } else { habit(found) };
                 plain(format!("expected an item, found {}", shown(found)))
                     .label("no item begins so")
                     .help(help)
@@ -200,7 +198,8 @@ impl Context<'_> {
                 "what is claimed stands in quotes: `claim \"in words\" : left < right`"
             }
             ("edition", _) if wants("a string") => "write `edition \"2026\"`",
-            ("use" | "include", _) if quotable && wants("a string") => {
+            ("published", _) if wants("`from`") => "write `published t33 from \"file.ron\"`",
+            ("use" | "include" | "published", _) if quotable && wants("a string") => {
                 "the path stands in quotes: `\"file.ivx\"`"
             }
             ("axis", _) if quotable && wants("a string") => "a label stands in quotes",
@@ -326,6 +325,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::rbrace => (3, "`}`"),
         Rule::rangle => (3, "`>`"),
         Rule::colon => (4, "`:`"),
+        Rule::from_word => (4, "`from`"),
         Rule::lbrace | Rule::labelled => (5, "`{`"),
         Rule::dots => (10, "`..`"),
         Rule::arith | Rule::compare => (11, "an operator"),
@@ -337,6 +337,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         | Rule::uses
         | Rule::include
         | Rule::profile
+        | Rule::published
         | Rule::experiment
         | Rule::axis
         | Rule::valued

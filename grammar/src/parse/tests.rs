@@ -26,6 +26,10 @@ fn items() {
         &["(profile desk of quick a: 1)", "(profile d of q)"],
     );
     check(
+        "published t from \"t.ron\" published from from \"../t.ron\"",
+        &[r#"(published t "t.ron")"#, r#"(published from "../t.ron")"#],
+    );
+    check(
         "axis seed = 0..seeds axis x = a.b..f(1)+2",
         &["(axis seed 0..seeds)", "(axis x a.b..(+ (f 1) 2))"],
     );

@@ -6,6 +6,7 @@ mod claim;
 mod equivalent;
 mod gap;
 mod mixture_std;
+mod published;
 mod quantile;
 mod reduce;
 mod rmse;
@@ -21,6 +22,7 @@ pub use claim::Claim;
 pub use equivalent::Equivalent;
 pub use gap::{Hallucination, Regret};
 pub use mixture_std::MixtureStd;
+pub use published::PublishedNumbers;
 pub use quantile::Quantile;
 pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
 pub use rmse::Rmse;
@@ -53,6 +55,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Equal>()
         .op::<Unequal>()
         .op::<Select>()
+        .op::<PublishedNumbers>()
         .op::<Regret>()
         .op::<Hallucination>()
         .op::<Rmse>()

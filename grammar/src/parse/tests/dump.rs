@@ -42,6 +42,9 @@ pub(crate) fn item(item: &Item) -> String {
             let within = within.as_ref().map(|within| format!(" within {}", expr(within)));
             format!("claim {:?} {}{}", name.value, expr(value), within.unwrap_or_default())
         }
+        ItemKind::Published { name, path } => {
+            format!("published {} {:?}", name.value, path.value)
+        }
         ItemKind::Junk => "junk".to_owned(),
     };
     format!("({docs}{inner})")

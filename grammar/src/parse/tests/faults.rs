@@ -111,8 +111,12 @@ fn words_out_of_place() {
         &["(junk)", "IVX0101 1:10 an axis with fields is not part of this version yet"],
     );
     check(
-        "published t from \"t.ron\"\nlet a = 1",
-        &["(junk)", "(let a 1)", "IVX0101 1:1 `published` is not part of this version yet"],
+        "published t = \"t.ron\"\nlet a = 1",
+        &[
+            "(junk)",
+            "(let a 1)",
+            "IVX0101 1:13 expected `from`, found `=`; write `published t33 from \"file.ron\"`",
+        ],
     );
     check(
         "axis a = 0..",
@@ -272,7 +276,7 @@ fn good_items_survive_broken_ones() {
         &[
             "(experiment e (junk))",
             "(let d 4)",
-            "IVX0101 1:16 expected an item, found `nonsense`; known here: `axis`, `claim`, `edition`, `experiment`, `figure`, `include`, `let`, `measure`, `param`, `profile`, `table`, `use`",
+            "IVX0101 1:16 expected an item, found `nonsense`; known here: `axis`, `claim`, `edition`, `experiment`, `figure`, `include`, `let`, `measure`, `param`, `profile`, `published`, `table`, `use`",
         ],
     );
     check(
