@@ -28,17 +28,16 @@ impl<'a> Checker<'a> {
                     Ok(published) => {
                         self.published.insert(id, published);
                     }
-                    Err(why) => {
-                        let message =
-                            format!("`{}` does not read as published numbers", path.value);
-                        let fault = Diagnostic::new(Code::Published, path.span, message, why);
-                        self.fault(
-                            fault.help("`ivx explain IVX0408` shows what such a file holds"),
-                        );
-                    }
+                    Err(why) => self.unreadable(path, &why),
                 }
             }
         }
+    }
+
+    fn unreadable(&mut self, path: &Spanned<String>, why: &str) {
+        let message = format!("`{}` does not read as published numbers: {why}", path.value);
+        let fault = Diagnostic::new(Code::Published, path.span, message, "not understood");
+        self.fault(fault.help("`ivx explain IVX0408` shows what such a file holds"));
     }
 
     /// The numbers of a file, or their standard errors.

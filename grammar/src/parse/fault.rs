@@ -47,16 +47,14 @@ impl Fault {
     pub(super) fn no_item(text: &str, place: usize) -> Self {
         let found = token(text, place);
         let plain = |message: String| Self::plain(text, place, message);
-        match found {
-            "}" => plain("this `}` closes nothing".to_owned()).label("no block is open"),
-            _ => {
-                let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
-                let help = if word { suggest(found, scan::ITEM_WORDS) } else { habit(found) };
-                plain(format!("expected an item, found {}", shown(found)))
-                    .label("no item begins so")
-                    .help(help)
-            }
+        if found == "}" {
+            return plain("this `}` closes nothing".to_owned()).label("no block is open");
         }
+        let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
+        let help = if word { suggest(found, scan::ITEM_WORDS) } else { habit(found) };
+        plain(format!("expected an item, found {}", shown(found)))
+            .label("no item begins so")
+            .help(help)
     }
 
     pub(super) fn diagnostic(&self, text: &str, file: u32) -> Diagnostic {

@@ -22,7 +22,7 @@ pub struct Published {
 
 /// A file as written.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(rename = "Published", deny_unknown_fields)]
 struct File {
     source: String,
     axes: Vec<(String, Vec<Label>)>,
@@ -62,7 +62,7 @@ pub fn read_published(text: &str) -> Result<Published, String> {
             return Err(format!("axis `{name}` is there twice"));
         }
     }
-    let dims = axes.into_iter().map(|(name, labels)| dim(name, labels));
+    let dims = axes.into_iter().map(|(name, labels)| dim(name, &labels));
     let dims: Vec<Dim> = dims.collect::<Result<_, _>>()?;
     let sizes: Vec<String> = dims.iter().map(|dim| format!("{} {}", dim.len(), dim.name)).collect();
     let n = dims.iter().map(Dim::len).fold(1, usize::saturating_mul);
@@ -84,7 +84,7 @@ pub fn read_published(text: &str) -> Result<Published, String> {
 }
 
 /// The dimension; its labels are numbers if all are.
-fn dim(name: String, labels: Vec<Label>) -> Result<Dim, String> {
+fn dim(name: String, labels: &[Label]) -> Result<Dim, String> {
     let text = |label: &Label| match label {
         Label::Number(x) => x.to_string(),
         Label::Name(name) => name.clone(),
