@@ -12,6 +12,7 @@ mod layout;
 mod new;
 mod project;
 mod published;
+mod report;
 mod reruns;
 mod tidy;
 mod versions;

@@ -9,6 +9,7 @@ mod execute;
 mod expand;
 mod foresee;
 mod key;
+mod markdown;
 mod outcome;
 mod plan;
 mod platform;

@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ivx_cache::Digest;
-use ivx_grammar::ir::{Output, Spec};
+use ivx_grammar::ir::{Output, Param, Spec};
 use ivx_op::{Array, Artifact, Dim, Figure, Finding, Gathered, Lit, Outcome as Verdict, Table};
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
 
+use crate::markdown::markdown;
 use crate::outcome::{Fate, Outcome};
 use crate::plan::{Family, Plan, Source};
 
@@ -84,7 +85,7 @@ pub struct Claim {
 pub struct Report {
     /// What was found out.
     pub results: Results,
-    /// Figures and tables: path below the results' folder, and text.
+    /// Figures, tables and the report to read: path below the results' folder, and text.
     pub files: BTreeMap<String, String>,
 }
 
@@ -105,14 +106,10 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     results.format = 1;
     name.clone_into(&mut results.spec);
     results.profile.clone_from(&spec.profile);
-    results.params = spec.params.iter().map(|(name, lit)| (name.clone(), setting(lit))).collect();
+    results.params = settings(&spec.params);
     for experiment in &spec.experiments {
         let mut found = ExperimentResults {
-            params: experiment
-                .params
-                .iter()
-                .map(|(name, lit)| (name.clone(), setting(lit)))
-                .collect(),
+            params: settings(&experiment.params),
             ..ExperimentResults::default()
         };
         for measure in &experiment.measures {
@@ -147,7 +144,13 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
             results.failures.insert(step.address.clone(), why.clone());
         }
     }
+    let page = markdown(spec, &report);
+    report.files.insert(PAGE.to_owned(), page);
     report
+}
+
+fn settings(params: &[Param]) -> BTreeMap<String, Setting> {
+    params.iter().map(|param| (param.name.clone(), setting(&param.value))).collect()
 }
 
 fn setting(lit: &Lit) -> Setting {
@@ -191,10 +194,15 @@ fn rendered<T>(
     bytes(source, outcome).and_then(|bytes| decode(&bytes))
 }
 
-const FIGURES: &str = "figures";
-const TABLES: &str = "tables";
+/// The report to read.
+const PAGE: &str = "report.md";
+/// The folder of figures.
+pub(crate) const FIGURES: &str = "figures";
+/// The folder of tables.
+pub(crate) const TABLES: &str = "tables";
 
-fn path(folder: &str, name: &str, extension: &str) -> String {
+/// Where a figure or table lies.
+pub(crate) fn path(folder: &str, name: &str, extension: &str) -> String {
     format!("{folder}/{name}.{extension}")
 }
 

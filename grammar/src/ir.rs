@@ -26,8 +26,8 @@ pub struct Spec {
     pub axes: Vec<Axis>,
     /// The expressions, inputs before users.
     pub exprs: Vec<Expr>,
-    /// Parameters of files, as `file.param`.
-    pub params: BTreeMap<String, Lit>,
+    /// Parameters of files, called `file.param`, by name.
+    pub params: Vec<Param>,
     /// The experiments, in the order of inclusion.
     pub experiments: Vec<Experiment>,
 }
@@ -163,7 +163,9 @@ pub struct Experiment {
     /// Its doc comment.
     pub docs: String,
     /// Its parameters, in the order declared.
-    pub params: Vec<(String, Lit)>,
+    pub params: Vec<Param>,
+    /// The axes that it declares, in their order.
+    pub axes: Vec<Declared>,
     /// Its measures.
     pub measures: Vec<Output>,
     /// Its figures.
@@ -172,6 +174,26 @@ pub struct Experiment {
     pub tables: Vec<Output>,
     /// Its claims.
     pub claims: Vec<Output>,
+}
+
+/// A parameter, as profile and settings have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// Its name.
+    pub name: String,
+    /// Its doc comment.
+    pub docs: String,
+    /// Its value.
+    pub value: Lit,
+}
+
+/// An axis where it is declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declared {
+    /// Which.
+    pub axis: AxisId,
+    /// Its doc comment.
+    pub docs: String,
 }
 
 /// Something an experiment gives out.

@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::Val;
 use crate::ast::{self, ItemKind};
-use crate::ir::{Desc, Experiment, ExprId, Output};
+use crate::ir::{Declared, Desc, Experiment, ExprId, Output, Param};
 use crate::{Code, Diagnostic, Span, Spanned};
 
 impl<'a> Checker<'a> {
@@ -53,13 +53,18 @@ impl<'a> Checker<'a> {
                 }
                 ItemKind::Param { name, .. } => {
                     let value = self.name(&at(&name.value), &name.value, name.span);
-                    if let Val::Desc(Desc::Lit(lit), _) = value {
-                        done.params.push((name.value.clone(), lit));
+                    if let Val::Desc(Desc::Lit(value), _) = value {
+                        let (name, docs) = (name.value.clone(), item.docs.clone());
+                        done.params.push(Param { name, docs, value });
                     }
                 }
-                ItemKind::Let { name, params: None, .. }
-                | ItemKind::Axis { name, .. }
-                | ItemKind::Published { name, .. } => {
+                ItemKind::Axis { name, .. } => {
+                    self.name(&at(&name.value), &name.value, name.span);
+                    if let Some(Some(axis)) = self.axes.get(&(scope, name.value.clone())) {
+                        done.axes.push(Declared { axis: *axis, docs: item.docs.clone() });
+                    }
+                }
+                ItemKind::Let { name, params: None, .. } | ItemKind::Published { name, .. } => {
                     self.name(&at(&name.value), &name.value, name.span);
                 }
                 ItemKind::Figure { name, value } => {

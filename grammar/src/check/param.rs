@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{Expr, ItemKind, Name, TyExpr};
-use crate::ir::{Desc, Place};
+use crate::ir::{Desc, Param, Place};
 use crate::{Code, Diagnostic, Span, suggest};
 
 impl<'a> Checker<'a> {
@@ -30,15 +30,17 @@ impl<'a> Checker<'a> {
                     self.fault(fault.also(first, "here").help(help));
                 }
                 let value = self.name(&At::new(scope, String::new()), &name.value, name.span);
-                if let (Val::Desc(Desc::Lit(lit), _), true) =
+                if let (Val::Desc(Desc::Lit(value), _), true) =
                     (value, scope < self.project.files.len())
                 {
-                    self.spec.params.insert(address.clone(), lit);
+                    let docs = item.docs.clone();
+                    self.spec.params.push(Param { name: address.clone(), docs, value });
                 }
                 known.push((address, &name.value));
             }
             self.profiles(scope);
         }
+        self.spec.params.sort_by(|a, b| a.name.cmp(&b.name));
         for (set, _) in &self.settings.sets {
             let matching = known.iter().filter(|(address, name)| address == set || name == set);
             let matching: Vec<_> = matching.map(|(address, _)| address.as_str()).collect();

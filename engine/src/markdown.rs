@@ -1,0 +1,173 @@
+//! The report to read: what an experiment is about, in its author's words, and what came out.
+//!
+//! Determined by the spec alone, as the results are. Doc comments are Markdown and stay as they
+//! are written.
+
+use ivx_grammar::ir::{Axis, AxisId, Experiment, Output, Param, Spec};
+use ivx_op::{Finding, Outcome as Verdict};
+
+use crate::results::{Claim, ExperimentResults, FIGURES, Measure, Report, TABLES, path};
+
+/// So many labels of an axis are listed at most.
+const MAX_LABELS: usize = 12;
+
+/// The report, as Markdown.
+pub(crate) fn markdown(spec: &Spec, report: &Report) -> String {
+    let results = &report.results;
+    let mut page = vec![format!("# {}", results.spec)];
+    page.extend(results.profile.as_ref().map(|profile| format!("Profile {}.", code(profile))));
+    page.extend(list("## Parameters", spec.params.iter().map(parameter)));
+    for experiment in &spec.experiments {
+        let found = &results.experiments[&experiment.name];
+        page.push(format!("## {}", experiment.name));
+        self::experiment(spec, experiment, found, report, &mut page);
+    }
+    let failures = results.failures.iter().map(|(node, why)| format!("{}: {why}", code(node)));
+    page.extend(list("## Failures", failures));
+    page.retain(|paragraph| !paragraph.is_empty());
+    page.join("\n\n") + "\n"
+}
+
+/// Adds the paragraphs of one experiment.
+fn experiment(
+    spec: &Spec,
+    experiment: &Experiment,
+    found: &ExperimentResults,
+    report: &Report,
+    page: &mut Vec<String>,
+) {
+    page.push(experiment.docs.clone());
+    page.extend(list("### Parameters", experiment.params.iter().map(parameter)));
+    let axes = experiment.axes.iter().map(|declared| axis(spec, declared.axis, &declared.docs));
+    page.extend(list("### Axes", axes));
+    let measures = experiment.measures.iter().map(|output| {
+        documented(
+            &format!("{} {}", code(&output.name), numbers(&found.measures[&output.name])),
+            &output.docs,
+        )
+    });
+    page.extend(list("### Measures", measures));
+    for figure in &experiment.figures {
+        let drawn = found.figures[&figure.name].keys().map(|extension| {
+            format!("![{0}](<{1}>)", figure.name, path(FIGURES, &figure.name, extension))
+        });
+        shown("Figure", figure, drawn.collect(), page);
+    }
+    for table in &experiment.tables {
+        let text = report.files.get(&path(TABLES, &table.name, "md"));
+        shown(
+            "Table",
+            table,
+            text.map(|text| text.trim_end().to_owned()).into_iter().collect(),
+            page,
+        );
+    }
+    let claims = experiment.claims.iter().map(|output| claim(output, &found.claims[&output.name]));
+    page.extend(list("### Claims", claims));
+}
+
+/// Adds a figure or table under its own heading.
+fn shown(what: &str, output: &Output, content: Vec<String>, page: &mut Vec<String>) {
+    page.push(format!("### {what} {}", output.name));
+    page.push(output.docs.clone());
+    if content.is_empty() {
+        page.push("Not there, because something that it needs has failed.".to_owned());
+    }
+    page.extend(content);
+}
+
+/// A heading and its list; nothing without items.
+fn list(heading: &str, items: impl Iterator<Item = String>) -> Vec<String> {
+    let items: Vec<String> = items.map(|item| format!("- {}", set_in(&item))).collect();
+    // Items of several paragraphs stand apart.
+    let apart = if items.iter().any(|item| item.contains("\n\n")) { "\n\n" } else { "\n" };
+    if items.is_empty() { Vec::new() } else { vec![heading.to_owned(), items.join(apart)] }
+}
+
+/// Text whose lines but the first are set in, to belong to the item of a list.
+fn set_in(text: &str) -> String {
+    text.replace('\n', "\n  ").replace("\n  \n", "\n\n")
+}
+
+fn parameter(param: &Param) -> String {
+    let value = code(&param.value.to_string());
+    documented(&format!("{} = {value}", code(&param.name)), &param.docs)
+}
+
+fn axis(spec: &Spec, id: AxisId, docs: &str) -> String {
+    let Axis { name, coords, .. } = spec.axis(id);
+    let labels: Vec<String> = coords.iter().map(|coord| code(&coord.label)).collect();
+    let labels = match &labels[..] {
+        [first, .., last] if labels.len() > MAX_LABELS => {
+            format!("{} from {first} to {last}", labels.len())
+        }
+        all => all.join(", "),
+    };
+    documented(&format!("{} ({labels})", code(name)), docs)
+}
+
+/// An item with its doc comment: one line behind it, more below.
+fn documented(item: &str, docs: &str) -> String {
+    match docs.trim() {
+        "" => item.to_owned(),
+        docs if docs.contains('\n') => format!("{item}\n\n{docs}"),
+        docs => format!("{item}: {docs}"),
+    }
+}
+
+/// What a measure amounts to.
+fn numbers(measure: &Measure) -> String {
+    if let [one] = measure.values[..] {
+        return format!("= {one:?}");
+    }
+    if measure.values.is_empty() {
+        return "(its dimensions differ from coordinate to coordinate)".to_owned();
+    }
+    let over: Vec<String> = measure.dims.iter().map(|dim| code(&dim.name)).collect();
+    let known = measure.values.iter().copied().filter(|x| !x.is_nan());
+    let missing = measure.values.len() - known.clone().count();
+    let range = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
+    let range = range.map_or_else(String::new, |(low, high)| format!(" from {low:?} to {high:?}"));
+    let missing = if missing > 0 { format!(", {missing} of them missing") } else { String::new() };
+    let n = measure.values.len();
+    format!("({n} numbers{range} over {}{missing})", over.join(", "))
+}
+
+fn claim(output: &Output, claim: &Claim) -> String {
+    let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |outcome| outcome.to_string());
+    let words: Vec<&str> = output.name.split_whitespace().collect();
+    let findings: Vec<String> = match &claim.findings[..] {
+        [one] if one.at.is_empty() => vec![difference(one)],
+        all => all.iter().map(at_coordinate).collect(),
+    };
+    let (words, source) = (words.join(" "), code(&claim.claim));
+    let text = format!("**{outcome}**: {words}: {source}{}", findings.concat());
+    match output.docs.trim() {
+        "" => text,
+        docs => format!("{text}\n\n{docs}"),
+    }
+}
+
+/// What came out at one of several coordinates, as an item.
+fn at_coordinate(finding: &Finding) -> String {
+    let at = finding.at.iter().map(|(axis, label)| format!("{} = {}", code(axis), code(label)));
+    let at: Vec<String> = at.collect();
+    format!("\n- {} at {}{}", finding.outcome, at.join(", "), difference(finding))
+}
+
+fn difference(finding: &Finding) -> String {
+    let Finding { estimate, interval, n, outcome, .. } = finding;
+    let interval =
+        interval.map_or_else(String::new, |(low, high)| format!(" in [{low:?}, {high:?}]"));
+    let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
+    let lacking = if finding.lacks_seeds() { ", too few seeds" } else { "" };
+    if interval.is_empty() && *n == 0 && *outcome == Verdict::Holds {
+        return String::new();
+    }
+    format!(", difference {estimate:?}{interval}{seeds}{lacking}")
+}
+
+/// Text that is no prose.
+fn code(text: &str) -> String {
+    if text.contains('`') { format!("`` {text} ``") } else { format!("`{text}`") }
+}
