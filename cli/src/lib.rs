@@ -62,11 +62,7 @@ pub fn run(
         Err(trouble) => {
             // Where this cannot be written either, the code is all that is left.
             let _ = writeln!(err, "error: {trouble}");
-            if matches!(trouble, Trouble::Spec { .. } | Trouble::Expand(_)) {
-                WRONG
-            } else {
-                BROKEN
-            }
+            if matches!(trouble, Trouble::Spec { .. }) { WRONG } else { BROKEN }
         }
     }
 }
@@ -110,9 +106,6 @@ enum Trouble {
     /// The cache fails.
     #[error(transparent)]
     Cache(#[from] ivx_cache::CacheError),
-    /// A description has no value.
-    #[error(transparent)]
-    Expand(#[from] ivx_engine::ExpandError),
 }
 
 /// Errors of files get the path.

@@ -25,7 +25,7 @@ pub(crate) fn exec(
 ) -> Result<u8, Trouble> {
     let started = Instant::now();
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let plan = expand(&ready.spec, &ready.registry)?;
+    let plan = expand(&ready.spec, &ready.registry);
     let jobs =
         args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;

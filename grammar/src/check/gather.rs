@@ -7,7 +7,6 @@ use super::call::Written;
 use super::expr::At;
 use super::op::{Fed, Named};
 use super::value::Val;
-use crate::ast::ExprKind;
 use crate::ir::{AxisId, AxisRole, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, suggest};
 
@@ -134,7 +133,7 @@ impl<'a> Checker<'a> {
             );
             return self.fault(fault.help("write `collect(x, over: axis)`"));
         };
-        let ExprKind::Name(name) = &axis.kind else {
+        let Some((name, _)) = self.axis_name(at, axis) else {
             let message = "`collect.over` takes the name of an axis";
             return self.fault(Diagnostic::new(
                 Code::UnknownAxis,
@@ -160,7 +159,7 @@ impl<'a> Checker<'a> {
         };
         let mut expr = self.spec.expr(id).clone();
         let Some(axis_id) =
-            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == *name)
+            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == name)
         else {
             let known = self.names(&expr.axes);
             let message = format!("this does not vary over `{name}`");

@@ -6,13 +6,17 @@
 mod axis;
 mod call;
 mod claim;
+mod evaluate;
 mod experiment;
 mod expr;
+mod family;
+mod function;
 mod gather;
 mod lint;
 mod member;
 mod op;
 mod param;
+mod record;
 mod scope;
 mod select;
 mod value;
@@ -22,7 +26,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use ivx_op::{Lit, Registry};
 
 use crate::ast::Ast;
-use crate::ir::{AxisId, Spec};
+use crate::ir::{AxisId, Groups, Spec};
 use crate::{Code, Diagnostic, Severity};
 
 use scope::Scopes;
@@ -85,6 +89,7 @@ pub fn check(
         axes: BTreeMap::new(),
         members: BTreeMap::new(),
         restricted: BTreeMap::new(),
+        groups: BTreeMap::new(),
         memo: BTreeMap::new(),
         active: Vec::new(),
         seed: None,
@@ -101,6 +106,7 @@ pub fn check(
     checker.profile();
     checker.params();
     checker.experiments();
+    checker.unused_declarations();
     if runs(&checker.diagnostics) {
         checker.unused();
         checker.shared_streams();
@@ -138,6 +144,8 @@ struct Checker<'a> {
     members: BTreeMap<i64, AxisId>,
     /// Restricted axes by the axis and the places kept.
     restricted: BTreeMap<(AxisId, Vec<usize>), AxisId>,
+    /// Groups of coordinates by the axis and its field.
+    groups: BTreeMap<(AxisId, String), Groups>,
     /// Values of names in the experiment at hand.
     memo: BTreeMap<(usize, String), Val>,
     /// Names being evaluated.

@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{Expr, ItemKind, Name, TyExpr};
-use crate::ir::{Desc, Place};
+use crate::ir::Desc;
 use crate::{Code, Diagnostic, Span, suggest};
 
 /// The profile in which every parameter has its default, unless a spec declares it.
@@ -182,7 +182,7 @@ impl<'a> Checker<'a> {
     /// The value of an expression that mentions no axis and computes nothing.
     pub(super) fn known_before(&mut self, scope: usize, expr: &'a Expr) -> Val {
         match self.expr(&At::new(scope, String::new()), expr) {
-            Val::Desc(desc, ty) if desc.axes().is_empty() => {
+            Val::Desc(desc, ty) if desc.axes().is_empty() && !desc.holds() => {
                 self.evaluate(&desc, expr.span).map_or(Val::Poison, |lit| Val::lit(lit, ty))
             }
             Val::Poison => Val::Poison,
@@ -195,22 +195,11 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The value of a description that does not vary.
-    pub(super) fn evaluate(&mut self, desc: &Desc, span: Span) -> Option<Lit> {
-        match desc.eval(&self.spec.axes, &Place::new()) {
-            Ok(lit) => Some(lit),
-            Err(why) => {
-                self.fault(Diagnostic::new(Code::Number, span, why, "has no value"));
-                None
-            }
-        }
-    }
-
     /// The type that was written.
     pub(super) fn ty(&mut self, written: &TyExpr) -> Option<Ty> {
         let families = self.registry.decls().filter_map(|decl| match decl.role {
             ivx_op::Role::Part(family) => Some(family),
-            ivx_op::Role::Op(_) => None,
+            ivx_op::Role::Op(_) | ivx_op::Role::Rows(_) => None,
         });
         let families: Vec<&str> = families.collect();
         match (written.name.value.as_str(), &written.args[..]) {
@@ -246,8 +235,13 @@ impl<'a> Checker<'a> {
             Lit::List(items) => {
                 Ty::List(Box::new(items.first().map_or_else(nothing, |i| self.type_of(i))))
             }
+            Lit::Part(part) if part.name.is_empty() => Ty::Record(
+                part.args.iter().map(|(name, lit)| (name.clone(), self.type_of(lit))).collect(),
+            ),
+            Lit::Held(_) => nothing(),
             Lit::Part(part) => match self.registry.decl(&part.name).map(|decl| &decl.role) {
                 Some(ivx_op::Role::Part(family)) => Ty::Part((*family).to_owned()),
+                Some(ivx_op::Role::Rows(_)) => Ty::Part(super::axis::ROWS.to_owned()),
                 _ => nothing(),
             },
         }

@@ -4,6 +4,7 @@ mod arithmetic;
 mod broadcast;
 mod claim;
 mod equivalent;
+mod field;
 mod gap;
 mod mixture_std;
 mod quantile;
@@ -19,6 +20,7 @@ use crate::math::moments::real;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use claim::Claim;
 pub use equivalent::Equivalent;
+pub use field::Field;
 pub use gap::{Hallucination, Regret};
 pub use mixture_std::MixtureStd;
 pub use quantile::Quantile;
@@ -53,6 +55,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Equal>()
         .op::<Unequal>()
         .op::<Select>()
+        .op::<Field>()
         .op::<Regret>()
         .op::<Hallucination>()
         .op::<Rmse>()
