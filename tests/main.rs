@@ -10,6 +10,7 @@ mod failures;
 mod layout;
 mod new;
 mod project;
+mod records;
 mod reruns;
 mod tidy;
 mod versions;

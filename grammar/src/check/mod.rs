@@ -40,7 +40,7 @@ pub struct Project {
 }
 
 /// One file, parsed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct File {
     /// The path as shown to people.
     pub path: String,

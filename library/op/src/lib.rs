@@ -22,6 +22,7 @@ pub use arg::{
 pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, kind_of};
 pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
+pub use declare::field_name;
 pub use lit::{Args, Held, Lit, Part};
 pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
