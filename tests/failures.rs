@@ -63,6 +63,39 @@ fn settings_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn the_limit_of_nodes_is_set_by_hand() {
+    let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
+    for command in ["check", "plan", "exec"] {
+        let said = project.run(command, "small.ivx", &["--max-nodes", "7"]);
+        assert_eq!(said.code, 2, "{command}");
+        let told = "the program has more than 7 nodes, with this one for each of 2 seed × 2 ke";
+        assert!(said.err.contains(told), "{}", said.err);
+        assert!(said.err.contains("`--max-nodes` raises the limit"), "{}", said.err);
+    }
+    assert_eq!(project.run("check", "small.ivx", &["--max-nodes", "100"]).code, 0);
+}
+
+#[test]
+fn a_profile_builds_on_its_base() {
+    let project = Project::with(&[
+        ("lib/sizes.ivx", include_str!("cases/lib/sizes.ivx")),
+        ("e.ivx", include_str!("cases/ok_profile_base.ivx")),
+    ]);
+    for (profile, params) in [
+        ("paper", ["\"sizes.steps\": 3", "\"n\": 30", "\"noise\": 0.1"]),
+        ("small", ["\"sizes.steps\": 3", "\"n\": 10", "\"noise\": 0.2"]),
+        ("quick", ["\"sizes.steps\": 1", "\"n\": 10", "\"noise\": 0.2"]),
+        ("desk", ["\"sizes.steps\": 1", "\"n\": 20", "\"noise\": 0.2"]),
+    ] {
+        project.executed("e.ivx", &["--profile", profile]);
+        let results = project.read("results/e/results.ron");
+        for param in params {
+            assert!(results.contains(param), "{profile}: {param}: {results}");
+        }
+    }
+}
+
+#[test]
 fn differences_between_results_are_told() {
     let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
     project.executed("small.ivx", &[]);

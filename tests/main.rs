@@ -1,6 +1,7 @@
 //! Tests that cross the boundaries of ivx's crates.
 
 mod cases;
+mod claims;
 mod docs;
 mod editors;
 mod examples;
@@ -10,6 +11,7 @@ mod failures;
 mod layout;
 mod new;
 mod project;
+mod published;
 mod records;
 mod reruns;
 mod tidy;

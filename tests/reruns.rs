@@ -167,7 +167,10 @@ fn a_cache_without_objects_is_filled_again() {
 
 #[test]
 fn every_node_has_an_address_of_its_own() {
-    let project = Project::with(&[("every_op.ivx", include_str!("specs/every_op.ivx"))]);
+    let project = Project::with(&[
+        ("every_op.ivx", include_str!("specs/every_op.ivx")),
+        ("paper.ron", include_str!("specs/paper.ron")),
+    ]);
     let said = project.run("plan", "every_op.ivx", &["--nodes"]);
     let mut addresses: Vec<&str> =
         said.out.lines().filter_map(|line| line.split_once(' ')).map(|(_, a)| a).collect();

@@ -93,8 +93,20 @@ fn everything_declared_is_registered_and_documented() {
 fn the_operations_that_the_language_needs_are_there() {
     let registry = ivx_library::registry();
     for name in [
-        "add", "sub", "mul", "div", "neg", "select", "claim", "less", "at_most", "greater",
-        "at_least", "equal", "unequal",
+        "add",
+        "sub",
+        "mul",
+        "div",
+        "neg",
+        "select",
+        "published",
+        "claim",
+        "less",
+        "at_most",
+        "greater",
+        "at_least",
+        "equal",
+        "unequal",
     ] {
         assert!(registry.decl(name).is_some(), "{name}");
     }

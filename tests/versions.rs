@@ -14,7 +14,10 @@ use crate::project::Project;
 
 #[test]
 fn an_output_that_moves_raises_its_version() {
-    let project = Project::with(&[("every_op.ivx", include_str!("specs/every_op.ivx"))]);
+    let project = Project::with(&[
+        ("every_op.ivx", include_str!("specs/every_op.ivx")),
+        ("paper.ron", include_str!("specs/paper.ron")),
+    ]);
     project.executed("every_op.ivx", &[]);
     let outputs = outputs(&project);
     let registry = ivx_library::registry();

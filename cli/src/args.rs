@@ -59,6 +59,10 @@ pub(crate) struct Spec {
     /// Set a parameter: `--set members=16` or `--set overoptimisation.members=16`.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) sets: Vec<String>,
+    /// The most nodes that the spec may expand to, and the most coordinates of one axis
+    /// [default: 1000000].
+    #[arg(long, value_name = "N")]
+    pub(crate) max_nodes: Option<usize>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use ivx_grammar::ast::ItemKind;
+use ivx_grammar::ast::{Item, ItemKind};
 use ivx_grammar::check::{File, Project};
 use ivx_grammar::{Code, Diagnostic, Spanned, parse, suggest};
 
@@ -59,6 +59,8 @@ impl Loader {
                 _ => None,
             })
             .collect();
+        let mut named_texts = Vec::new();
+        published(&ast.items, &mut named_texts);
         let stem = project::name(path);
         self.loaded.project.files.push(File {
             path: shown,
@@ -66,6 +68,7 @@ impl Loader {
             text,
             ast,
             links: BTreeMap::new(),
+            texts: BTreeMap::new(),
         });
         self.known.insert(path.to_owned(), index);
         self.open.push(path.to_owned());
@@ -75,64 +78,80 @@ impl Loader {
             }
         }
         self.open.pop();
+        for name in named_texts {
+            let text = self.place(path, &name).and_then(|place| self.text(&place, &name));
+            let texts = &mut self.loaded.project.files[index].texts;
+            texts.extend(text.map(|text| (name.value, text)));
+        }
         index
     }
 
     /// The file that `name` means in the file at `from`.
     fn link(&mut self, from: &Path, name: &Spanned<String>) -> Option<usize> {
-        let folder = from.parent().expect("a file lies in a folder");
-        let wanted = lexical(&folder.join(&name.value));
-        let fault =
-            |code, message: String, label: &str| Diagnostic::new(code, name.span, message, label);
-        let outside = || {
-            let message = format!("`{}` lies outside the project", name.value);
-            fault(Code::Outside, message, "not in the project")
-                .help("specs name files of their own project only")
-        };
-        if !wanted.starts_with(&self.loaded.root) {
-            self.loaded.diagnostics.push(outside());
-            return None;
-        }
-        let path = match fs::canonicalize(&wanted) {
-            Ok(path) if path.starts_with(&self.loaded.root) => path,
-            Ok(_) => {
-                self.loaded.diagnostics.push(outside());
-                return None;
-            }
-            Err(error) => {
-                let message = format!("`{}` cannot be read: {}", name.value, plain(&error));
-                self.loaded.diagnostics.push(
-                    fault(Code::File, message, "not read").maybe_help(near(&wanted, &name.value)),
-                );
-                return None;
-            }
-        };
+        let path = self.place(from, name)?;
         if let Some(start) = self.open.iter().position(|open| *open == path) {
             let circle = self.open[start..].iter().chain([&path]);
             let circle: Vec<_> = circle.map(|path| self.shown(path)).collect();
             let message = format!("files name each other in a circle: {}", circle.join(" -> "));
+            let fault = Diagnostic::new(Code::Cycle, name.span, message, "closes the circle");
             let help = "move what both need to a file of its own";
-            self.loaded
-                .diagnostics
-                .push(fault(Code::Cycle, message, "closes the circle").help(help));
+            self.loaded.diagnostics.push(fault.help(help));
             return None;
         }
         if let Some(known) = self.known.get(&path) {
             return Some(*known);
         }
-        match fs::read_to_string(&path) {
-            Ok(text) => Some(self.file(&path, text)),
-            Err(error) => {
-                let message = format!("`{}` cannot be read: {}", name.value, plain(&error));
-                self.loaded.diagnostics.push(fault(Code::File, message, "not read"));
+        let text = self.text(&path, name)?;
+        Some(self.file(&path, text))
+    }
+
+    /// Where the file lies that `name` means in the file at `from`.
+    fn place(&mut self, from: &Path, name: &Spanned<String>) -> Option<PathBuf> {
+        let folder = from.parent().expect("a file lies in a folder");
+        let wanted = lexical(&folder.join(&name.value));
+        let found = wanted.starts_with(&self.loaded.root).then(|| fs::canonicalize(&wanted));
+        match found {
+            Some(Ok(path)) if path.starts_with(&self.loaded.root) => Some(path),
+            Some(Err(error)) => {
+                self.unread(name, &error, near(&wanted, &name.value));
+                None
+            }
+            _ => {
+                let message = format!("`{}` lies outside the project", name.value);
+                let fault =
+                    Diagnostic::new(Code::Outside, name.span, message, "not in the project");
+                let help = "specs name files of their own project only";
+                self.loaded.diagnostics.push(fault.help(help));
                 None
             }
         }
     }
 
+    /// The text of the file at `path`.
+    fn text(&mut self, path: &Path, name: &Spanned<String>) -> Option<String> {
+        fs::read_to_string(path).map_err(|error| self.unread(name, &error, None)).ok()
+    }
+
+    fn unread(&mut self, name: &Spanned<String>, error: &std::io::Error, help: Option<String>) {
+        let message = format!("`{}` cannot be read: {}", name.value, plain(error));
+        let fault = Diagnostic::new(Code::File, name.span, message, "not read");
+        self.loaded.diagnostics.push(fault.maybe_help(help));
+    }
+
     /// A path as shown: below the project's folder.
     fn shown(&self, path: &Path) -> String {
         path.strip_prefix(&self.loaded.root).unwrap_or(path).display().to_string()
+    }
+}
+
+/// The files of published numbers that items name, in experiments too.
+fn published(items: &[Item], paths: &mut Vec<Spanned<String>>) {
+    for item in items {
+        match &item.kind {
+            ItemKind::Published { path, .. } => paths.push(path.clone()),
+            ItemKind::Experiment { items, .. } => published(items, paths),
+            _ => {}
+        }
     }
 }
 
@@ -159,17 +178,17 @@ fn plain(error: &std::io::Error) -> String {
     }
 }
 
-/// The specs beside a file that is not there, as advice.
+/// The files of its kind beside a file that is not there, as advice.
 fn near(wanted: &Path, name: &str) -> Option<String> {
     let folder = wanted.parent()?;
-    let specs = fs::read_dir(folder)
+    let files = fs::read_dir(folder)
         .ok()?
         .flatten()
         .map(|entry| entry.file_name().to_string_lossy().into_owned());
     let prefix = name.rsplit_once('/').map_or("", |(prefix, _)| prefix);
-    let join = |spec: String| if prefix.is_empty() { spec } else { format!("{prefix}/{spec}") };
-    let is_spec =
-        |spec: &String| Path::new(spec).extension().is_some_and(|extension| extension == "ivx");
-    let known: Vec<String> = specs.filter(is_spec).map(join).collect();
+    let join = |file: String| if prefix.is_empty() { file } else { format!("{prefix}/{file}") };
+    let kind = wanted.extension().unwrap_or("ivx".as_ref());
+    let is_alike = |file: &String| Path::new(file).extension().is_some_and(|own| own == kind);
+    let known: Vec<String> = files.filter(is_alike).map(join).collect();
     suggest(name, known.iter().map(String::as_str))
 }

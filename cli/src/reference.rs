@@ -86,7 +86,9 @@ fn argument(arg: &ArgDecl) -> String {
         text += line;
     }
     if let Some(range) = &arg.range {
-        text.extend([" Range: ", &range.to_string(), "."]);
+        text.extend([" Range: ", &range.to_string(), &arg.in_unit(), "."]);
+    } else if let Some(unit) = arg.unit {
+        text.extend([" In ", unit, "."]);
     }
     if let Some(default) = &arg.default {
         text.extend([" Default: `", &default.to_string(), "`."]);
@@ -108,8 +110,14 @@ mod tests {
             kind: ivx_op::ArgKind::Literal(ivx_op::Ty::Float),
             default: Some(Lit::Real(0.5)),
             range: Some((0.0..=1.0).into()),
+            unit: None,
         };
         let expected = "- `alpha: Float`: The share\n  kept. Range: from 0 to 1. Default: `0.5`.\n";
         assert_eq!(argument(&arg), expected);
+        let arg = ArgDecl { unit: Some("mm"), default: None, ..arg };
+        let expected = "- `alpha: Float`: The share\n  kept. Range: from 0 to 1 mm.\n";
+        assert_eq!(argument(&arg), expected);
+        let expected = "- `alpha: Float`: The share\n  kept. In mm.\n";
+        assert_eq!(argument(&ArgDecl { range: None, ..arg }), expected);
     }
 }

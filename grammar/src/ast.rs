@@ -49,10 +49,12 @@ pub enum ItemKind {
         /// Its value unless a profile or the command line sets another.
         value: Expr,
     },
-    /// `profile quick { members = 8, steps = 500 }`.
+    /// `profile quick { members = 8, steps = 500 }` or `profile desk: quick { steps = 5_000 }`.
     Profile {
         /// Its name.
         name: Name,
+        /// The profile whose settings it takes over.
+        base: Option<Name>,
         /// What it sets.
         sets: Vec<(Name, Expr)>,
     },
@@ -102,12 +104,21 @@ pub enum ItemKind {
         /// Its value.
         value: Expr,
     },
-    /// `claim "..." : left < right`.
+    /// `claim "..." : left < right` or `claim "..." : left == right within(0.05)`.
     Claim {
         /// What is claimed, in words.
         name: Spanned<String>,
         /// What is claimed; a comparison unless the author erred.
         value: Expr,
+        /// The tolerance of `within(0.05)`.
+        within: Option<Expr>,
+    },
+    /// `published t33 from "table_3_3.ron"`.
+    Published {
+        /// Its name.
+        name: Name,
+        /// The file, as written.
+        path: Spanned<String>,
     },
     /// Text that does not read as an item; it has its own diagnostic.
     Junk,

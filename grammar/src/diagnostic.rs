@@ -116,6 +116,8 @@ codes! {
     ClaimAxes = 406 Error;
     /// The statement needs a value of another kind.
     Kind = 407 Error;
+    /// A file of published numbers does not read as such.
+    Published = 408 Error;
 
     /// The program expands to more nodes than allowed.
     TooLarge = 501 Error;

@@ -161,7 +161,7 @@ impl Reader<'_> {
     /// The item that begins here with `word`; nothing if it is the edition.
     fn item(&mut self, word: &str, block: Option<Block>, first: bool) -> Option<Item> {
         let start = self.pos;
-        if !scan::ITEM_WORDS.contains(&word) || word == "published" {
+        if !scan::ITEM_WORDS.contains(&word) {
             // A misspelt `edition` is not a missing one too.
             let maybe_edition = first && block.is_none() && word.starts_with(char::is_alphabetic);
             if maybe_edition && matches!(self.edition, Edition::Absent) {

@@ -12,7 +12,7 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         Some((distance, other)) if distance <= (name.chars().count() / 3).max(1) => {
             Some(format!("did you mean `{other}`?"))
         }
-        _ if !known.is_empty() && known.len() <= 12 => {
+        _ if !known.is_empty() && known.len() <= 13 => {
             let known: Vec<_> = known.iter().map(|other| format!("`{other}`")).collect();
             Some(format!("known here: {}", known.join(", ")))
         }

@@ -74,6 +74,7 @@ pages! {
     Axis "IVX0405"
     ClaimAxes "IVX0406"
     Kind "IVX0407"
+    Published "IVX0408"
     TooLarge "IVX0501"
     Unused "IVX0601"
     SharedStream "IVX0602"

@@ -52,7 +52,7 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
         };
         sets.push((name.to_owned(), value));
     }
-    let settings = Settings { profile: args.profile.clone(), sets };
+    let settings = Settings { profile: args.profile.clone(), sets, max_nodes: args.max_nodes };
     let loaded = load(&args.path)?;
     let registry = registry();
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);

@@ -73,6 +73,10 @@ fn difference(finding: &Finding) -> String {
         Some((low, high)) => {
             format!("  difference {estimate:.4} in [{low:.4}, {high:.4}], n = {n}")
         }
+        None if finding.lacks_seeds() => format!(
+            "  difference {estimate:.4}, n = {n}: fewer than {} seeds decide nothing",
+            Finding::MIN_SEEDS
+        ),
         None if *n > 0 => format!("  difference {estimate:.4}, n = {n}"),
         None if finding.outcome == Verdict::Holds => String::new(),
         None => format!("  difference {estimate:.4}"),

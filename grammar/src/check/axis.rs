@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use ivx_op::{Lit, Part, Role, Ty};
 
+use super::Checker;
 use super::value::{Val, convert, is_record, join, record};
-use super::{Checker, MAX_NODES};
 use crate::ast::{AxisExpr, Expr, ExprKind, Name};
 use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, Groups};
 use crate::{Code, Diagnostic, Span, Spanned, suggest};
@@ -153,8 +153,8 @@ impl<'a> Checker<'a> {
         };
         let (low_n, high_n) = (bound(low)?, bound(high)?);
         let n = usize::try_from(high_n.saturating_sub(low_n).max(0)).unwrap_or(usize::MAX);
-        if n > MAX_NODES {
-            self.outgrown(format!("the axis has {n} coordinates"), low.span.to(high.span));
+        if n > self.max_nodes {
+            self.too_many(format!("the axis has {n} coordinates"), low.span.to(high.span));
             return None;
         }
         Some((low_n..high_n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect())

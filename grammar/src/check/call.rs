@@ -127,7 +127,8 @@ impl<'a> Checker<'a> {
                     format!("`{}` is left out", arg.name),
                 );
                 let docs = arg.docs.trim();
-                self.fault(fault.help(format!("write `{}: ...`; {docs}", arg.name)));
+                let unit = arg.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
+                self.fault(fault.help(format!("write `{}: ...`{unit}; {docs}", arg.name)));
                 complete = false;
             }
         }
@@ -251,8 +252,9 @@ impl<'a> Checker<'a> {
                 continue;
             };
             let place = self.whereabouts(&place);
+            let unit = arg.in_unit();
             let message =
-                format!("`{}.{}` must be {range}, found {bad}{place}", decl.name, arg.name);
+                format!("`{}.{}` must be {range}{unit}, found {bad}{place}", decl.name, arg.name);
             let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
             let origin = self.origin(at, expr);
             self.fault(match origin {

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{Artifact, Lit, Verdict};
+use ivx_op::{Artifact, Lit, Ty, Verdict};
 
 use super::Checker;
 use super::expr::At;
 use super::value::Val;
-use crate::ast::{self, ExprKind};
+use crate::ast::{self, BinaryOp, ExprKind};
 use crate::ir::{Desc, Expr, ExprId, Feed, Op};
 use crate::{Code, Diagnostic, Span, Spanned};
 
@@ -18,6 +18,7 @@ impl<'a> Checker<'a> {
         at: &At,
         title: &'a Spanned<String>,
         value: &'a ast::Expr,
+        within: Option<&'a ast::Expr>,
     ) -> Option<ExprId> {
         let (op, left, right) = match &value.kind {
             ExprKind::Binary { op, left, right } if op.value.compares() => (op, left, right),
@@ -29,7 +30,21 @@ impl<'a> Checker<'a> {
                 return None;
             }
         };
-        let (left, right) = (self.side(at, left)?, self.side(at, right)?);
+        let within = match within {
+            Some(tolerance) if op.value == BinaryOp::Equal => self.tolerance(at, tolerance),
+            Some(tolerance) => {
+                let message = format!("`within` goes with `==`, not with `{}`", op.value.symbol());
+                let fault =
+                    Diagnostic::new(Code::Kind, op.span, message, "has no use for a tolerance")
+                        .also(tolerance.span, "the tolerance")
+                        .help("write `left == right within(0.05)`, or leave `within` out");
+                self.fault(fault);
+                None
+            }
+            None => Some(0.0),
+        };
+        let (left, right) = (self.side(at, left), self.side(at, right));
+        let (within, left, right) = (within?, left?, right?);
         if !self.comparable(&left, &right) {
             return None;
         }
@@ -37,9 +52,15 @@ impl<'a> Checker<'a> {
         if !self.distinct(&all.collect(), title.span) {
             return None;
         }
+        // A side that rests on too few seeds decides nothing, whatever the other rests on.
+        let seeds = [left.id, right.id].map(|side| self.n_seeds(side));
+        let seeds = seeds.into_iter().filter(|n| *n > 0).min().unwrap_or(0);
+        let seeds = i64::try_from(seeds).expect("axes are bounded");
         let args = BTreeMap::from([
             ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
             ("confidence".to_owned(), Desc::Lit(Lit::Real(0.95))),
+            ("within".to_owned(), Desc::Lit(Lit::Real(within))),
+            ("seeds".to_owned(), Desc::Lit(Lit::Int(seeds))),
         ]);
         let ports = [("left", left), ("right", right)];
         let ports = ports.map(|(port, side)| (port.to_owned(), vec![self.everything(side.id)]));
@@ -53,6 +74,26 @@ impl<'a> Checker<'a> {
             kind: crate::ir::ExprKind::Op(op),
         };
         Some(self.push(expr, value.span))
+    }
+
+    /// By how much the sides of a claim of equality may differ.
+    fn tolerance(&mut self, at: &At, written: &'a ast::Expr) -> Option<f64> {
+        let Val::Desc(Desc::Lit(lit), ty) = self.known_before(at.scope, written) else {
+            return None;
+        };
+        let Some(tolerance) = lit.as_f64() else {
+            let message = format!("the tolerance of a claim is a Float, found {ty}");
+            let fault = Diagnostic::new(Code::Type, written.span, message, "expected Float");
+            self.fault(fault.maybe_help(self.of_type(&Ty::Float)));
+            return None;
+        };
+        if tolerance <= 0.0 {
+            let message = format!("the tolerance of a claim must be above 0, found {lit}");
+            let fault = Diagnostic::new(Code::Range, written.span, message, "out of range");
+            self.fault(fault.help("without `within`, `==` asks for equality"));
+            return None;
+        }
+        Some(tolerance)
     }
 
     fn side(&mut self, at: &At, side: &'a ast::Expr) -> Option<Side> {

@@ -81,7 +81,9 @@ impl<'a> Checker<'a> {
                         done.params.push((name.value.clone(), lit));
                     }
                 }
-                ItemKind::Let { name, params: None, .. } | ItemKind::Axis { name, .. } => {
+                ItemKind::Let { name, params: None, .. }
+                | ItemKind::Axis { name, .. }
+                | ItemKind::Published { name, .. } => {
                     self.name(&at(&name.value), &name.value, name.span);
                 }
                 ItemKind::Figure { name, value } => {
@@ -92,12 +94,13 @@ impl<'a> Checker<'a> {
                     let expr = self.rendered(&at(&name.value), name, value, Table::KIND);
                     done.tables.extend(output(&name.value, expr, String::new()));
                 }
-                ItemKind::Claim { name, value } => {
+                ItemKind::Claim { name, value, within } => {
                     if let Some(first) = claims.insert(&name.value, name.span) {
                         self.twice(name, first);
                     }
-                    let expr = self.claim(&at(&name.value), name, value);
-                    done.claims.extend(output(&name.value, expr, self.source(value.span)));
+                    let expr = self.claim(&at(&name.value), name, value, within.as_ref());
+                    let source = self.source(value.span.to(item.span));
+                    done.claims.extend(output(&name.value, expr, source));
                 }
                 _ => {}
             }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use ivx_op::{Array, Artifact, Lit, Ty};
 
 use super::value::{Fit, Val, coerce, fit, join, nothing};
-use super::{Checker, MAX_NODES};
+use super::Checker;
 use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, ir, suggest};
@@ -143,6 +143,7 @@ impl<'a> Checker<'a> {
             ItemKind::Let { params: None, value, .. } | ItemKind::Measure { value, .. } => {
                 self.expr(&inner, value)
             }
+            ItemKind::Published { path, .. } => self.published(&inner, scope, path, None),
             ItemKind::Let { .. } => {
                 let message = format!("`{name}` is a function");
                 let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");
@@ -403,14 +404,18 @@ impl<'a> Checker<'a> {
         if matches!(expr.kind, ir::ExprKind::Op(_)) {
             self.n_nodes = self.n_nodes.saturating_add(self.extent(&expr.axes));
         }
-        if self.n_nodes > MAX_NODES {
+        if self.n_nodes > self.max_nodes {
             let sizes = expr.axes.iter().map(|axis| {
                 let axis = self.spec.axis(*axis);
-                format!("{}: {}", axis.name, axis.coords.len())
+                format!("{} {}", axis.coords.len(), axis.name)
             });
             let sizes: Vec<_> = sizes.collect();
-            self.outgrown(
-                format!("the program has more than {MAX_NODES} nodes ({})", sizes.join(", ")),
+            let each = match &sizes[..] {
+                [] => String::new(),
+                sizes => format!(", with this one for each of {}", sizes.join(" × ")),
+            };
+            self.too_many(
+                format!("the program has more than {} nodes{each}", self.max_nodes),
                 span,
             );
         }

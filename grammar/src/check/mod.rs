@@ -6,6 +6,7 @@
 mod axis;
 mod call;
 mod claim;
+mod drawn;
 mod evaluate;
 mod experiment;
 mod expr;
@@ -16,6 +17,8 @@ mod lint;
 mod member;
 mod op;
 mod param;
+mod profile;
+mod published;
 mod record;
 mod scope;
 mod select;
@@ -52,6 +55,8 @@ pub struct File {
     pub ast: Ast,
     /// The files that its `use` and `include` name, by the path as written.
     pub links: BTreeMap<String, usize>,
+    /// The texts of the files that its `published` name, by the path as written.
+    pub texts: BTreeMap<String, String>,
 }
 
 /// What the command line says about parameters.
@@ -61,9 +66,11 @@ pub struct Settings {
     pub profile: Option<String>,
     /// Parameters set by hand, by address or by a name that is unique.
     pub sets: Vec<(String, Lit)>,
+    /// Most coordinates of one axis, and most nodes of one program; [`MAX_NODES`] without.
+    pub max_nodes: Option<usize>,
 }
 
-/// Most coordinates of one axis, and most nodes of one program.
+/// Most coordinates of one axis, and most nodes of one program, unless settings say otherwise.
 pub const MAX_NODES: usize = 1_000_000;
 
 /// The checked program and what is wrong with it.
@@ -84,7 +91,7 @@ pub fn check(
         spec: Spec::default(),
         diagnostics,
         settings,
-        profile: None,
+        profiles: Vec::new(),
         set_by: BTreeMap::new(),
         axes: BTreeMap::new(),
         members: BTreeMap::new(),
@@ -97,13 +104,17 @@ pub fn check(
         files: BTreeMap::new(),
         used: BTreeSet::new(),
         spans: Vec::new(),
+        drawn: Vec::new(),
+        published: BTreeMap::new(),
         n_nodes: 0,
+        max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
         n_steps: 0,
         depth: 0,
         too_deep: false,
         too_large: false,
     };
     checker.profile();
+    checker.published_files();
     checker.params();
     checker.experiments();
     checker.unused_declarations();
@@ -134,8 +145,8 @@ struct Checker<'a> {
     spec: Spec,
     diagnostics: Vec<Diagnostic>,
     settings: &'a Settings,
-    /// The profile in force.
-    profile: Option<String>,
+    /// The profiles in force: the one chosen last, each behind its base.
+    profiles: Vec<String>,
     /// Who set each parameter, for messages.
     set_by: BTreeMap<(usize, String), String>,
     /// Axes by declaration.
@@ -160,8 +171,13 @@ struct Checker<'a> {
     used: BTreeSet<(usize, String)>,
     /// Where each expression of the program stands.
     spans: Vec<crate::Span>,
-    /// Nodes so far.
+    /// The random numbers upstream of expressions, as far as they were asked for.
+    drawn: Vec<drawn::Drawn>,
+    /// Published numbers, by the file that names them and the path as written.
+    published: BTreeMap<(usize, String), ivx_op::Published>,
+    /// Nodes so far, and the most there may be.
     n_nodes: usize,
+    max_nodes: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.
     n_steps: usize,
     depth: usize,
@@ -189,11 +205,20 @@ impl Checker<'_> {
         axes.iter().map(|axis| self.spec.axis(*axis).name.clone()).collect()
     }
 
-    /// Says once that the program has too many nodes.
+    /// Says once that the program is too large.
     fn outgrown(&mut self, message: String, span: crate::Span) {
+        let fault = Diagnostic::new(Code::TooLarge, span, message, "too large");
         if !std::mem::replace(&mut self.too_large, true) {
-            let limit = format!("at most {MAX_NODES} can be run");
-            self.fault(Diagnostic::new(Code::TooLarge, span, message, limit));
+            self.fault(fault);
+        }
+    }
+
+    /// Says once that the program has more nodes, or an axis more coordinates, than asked for.
+    fn too_many(&mut self, message: String, span: crate::Span) {
+        let label = format!("at most {} can be run", self.max_nodes);
+        let fault = Diagnostic::new(Code::TooLarge, span, message, label);
+        if !std::mem::replace(&mut self.too_large, true) {
+            self.fault(fault.help("`--max-nodes` raises the limit"));
         }
     }
 }

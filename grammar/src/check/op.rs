@@ -212,13 +212,15 @@ impl<'a> Checker<'a> {
         (!makers.is_empty()).then(|| format!("a {artifact} comes from {}", makers.join(", ")))
     }
 
-    /// The name under which a value travels to figures and tables: that of the measure it is or
-    /// is a part of. Other names are bindings, which no key may depend on.
+    /// The name under which a value travels to figures and tables: that of the measure, or of the
+    /// published numbers, that it is or is a part of. Other names are bindings, which no key may depend on.
     fn measure(&mut self, at: &At, expr: &ast::Expr) -> String {
         match &expr.kind {
             ExprKind::Select { base, .. } => self.measure(at, base),
             _ => match self.item_of(at, expr).map(|(_, item)| &item.kind) {
-                Some(ItemKind::Measure { name, .. }) => name.value.clone(),
+                Some(ItemKind::Measure { name, .. } | ItemKind::Published { name, .. }) => {
+                    name.value.clone()
+                }
                 _ => String::new(),
             },
         }

@@ -11,34 +11,7 @@ use crate::ast::{Expr, ItemKind, Name, TyExpr};
 use crate::ir::Desc;
 use crate::{Code, Diagnostic, Span, suggest};
 
-/// The profile in which every parameter has its default, unless a spec declares it.
-const DEFAULTS: &str = "paper";
-/// The profile used where it is declared and no other is asked for.
-const USUAL: &str = "quick";
-
 impl<'a> Checker<'a> {
-    /// Chooses the profile.
-    pub(super) fn profile(&mut self) {
-        let items = self.scopes.all.iter().flat_map(|scope| scope.items);
-        let declared = items.filter_map(|item| match &item.kind {
-            ItemKind::Profile { name, .. } => Some(name.value.as_str()),
-            _ => None,
-        });
-        let declared: Vec<&str> = declared.collect();
-        let asked = self.settings.profile.as_deref();
-        self.profile = match asked {
-            Some(name) if declared.contains(&name) => Some(name.to_owned()),
-            None => declared.contains(&USUAL).then(|| USUAL.to_owned()),
-            Some(DEFAULTS) => None,
-            Some(name) => {
-                let help = suggest(name, declared.iter().copied().chain([DEFAULTS]));
-                self.unplaced(format!("no profile is called `{name}`"), help);
-                None
-            }
-        };
-        self.spec.profile.clone_from(&self.profile);
-    }
-
     /// Evaluates every parameter, and reports what is set but not declared.
     pub(super) fn params(&mut self) {
         let mut known: Vec<(String, &'a str)> = Vec::new();
@@ -87,7 +60,7 @@ impl<'a> Checker<'a> {
     fn profiles(&mut self, scope: usize) {
         let mut profiles: BTreeMap<&str, Span> = BTreeMap::new();
         for item in self.scopes.all[scope].items {
-            let ItemKind::Profile { name: profile, sets } = &item.kind else {
+            let ItemKind::Profile { name: profile, sets, .. } = &item.kind else {
                 continue;
             };
             if let Some(first) = profiles.insert(&profile.value, profile.span) {
@@ -120,7 +93,7 @@ impl<'a> Checker<'a> {
         self.fault(fault.maybe_help(help));
     }
 
-    fn unplaced(&mut self, message: String, help: Option<String>) {
+    pub(super) fn unplaced(&mut self, message: String, help: Option<String>) {
         self.fault(Diagnostic { code: Code::UnknownParameter, message, labels: Vec::new(), help });
     }
 
@@ -145,14 +118,16 @@ impl<'a> Checker<'a> {
         // Every value that a parameter can get is checked, whichever it gets.
         let value = self.known_before(scope, default);
         let mut chosen = self.typed(name, &ty, value, default.span, "default");
+        let mut nearest = None;
         for item in self.scopes.all[scope].items {
-            let ItemKind::Profile { name: profile, sets } = &item.kind else { continue };
+            let ItemKind::Profile { name: profile, sets, .. } = &item.kind else { continue };
             for (_, expr) in sets.iter().filter(|(set, _)| set.value == name) {
                 let by = format!("profile `{}`", profile.value);
                 let value = self.known_before(scope, expr);
                 let value = self.typed(name, &ty, value, expr.span, &by);
-                if self.profile.as_ref() == Some(&profile.value) {
-                    chosen = value;
+                let in_force = self.profiles.iter().position(|known| *known == profile.value);
+                if in_force > nearest {
+                    (chosen, nearest) = (value, in_force);
                 }
             }
         }

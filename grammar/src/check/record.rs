@@ -54,6 +54,9 @@ impl<'a> Checker<'a> {
         if let Some(scope) = self.experiment_of(at, base) {
             return self.exported(scope, name);
         }
+        if let Some(errors) = self.published_errors(at, base, name) {
+            return errors;
+        }
         match self.expr(at, base) {
             Val::Poison => Val::Poison,
             Val::Desc(desc, Ty::Record(mut fields)) => match fields.remove(&name.value) {

@@ -263,6 +263,7 @@ pub(super) fn name_of(item: &Item) -> Option<&Name> {
         | ItemKind::Axis { name, .. }
         | ItemKind::Let { name, .. }
         | ItemKind::Measure { name, .. }
+        | ItemKind::Published { name, .. }
         | ItemKind::Experiment { name, .. } => Some(name),
         _ => None,
     }

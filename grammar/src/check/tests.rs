@@ -9,6 +9,11 @@ use crate::{Code, parse};
 
 /// The faults of a program of one file, without a library.
 fn faults(items: &str) -> Vec<Code> {
+    faults_within(items, None)
+}
+
+/// The same with another limit of nodes.
+fn faults_within(items: &str, max_nodes: Option<usize>) -> Vec<Code> {
     let text = format!("edition \"2026\"\n{items}");
     let (ast, parsed) = parse(&text, 0);
     assert_eq!(parsed, [], "the text reads as the language");
@@ -18,9 +23,11 @@ fn faults(items: &str) -> Vec<Code> {
         text,
         ast,
         links: std::collections::BTreeMap::new(),
+        texts: std::collections::BTreeMap::new(),
     };
     let project = Project { files: vec![file] };
-    let (_, diagnostics) = check(&project, &Registry::default(), &Settings::default());
+    let (_, diagnostics) =
+        check(&project, &Registry::default(), &Settings { max_nodes, ..Settings::default() });
     diagnostics.into_iter().map(|diagnostic| diagnostic.code).collect()
 }
 
@@ -76,6 +83,19 @@ fn axes_without_end_end() {
         faults(&format!("experiment e {{ {axes} measure m = 1.0 * a * b * c }}")),
         [Code::TooLarge]
     );
+}
+
+#[test]
+fn the_limit_of_nodes_is_what_settings_say() {
+    let text = "experiment e { axis a = 0..3 axis b = 0..4 measure m = 1.0 * a * b }";
+    assert_eq!(faults(text), []);
+    assert_eq!(faults_within(text, Some(12)), []);
+    assert_eq!(faults_within(text, Some(11)), [Code::TooLarge]);
+    let axis = "experiment e { axis a = 0..1_000_001 measure m = 1.0 * a }";
+    assert_eq!(faults(axis), [Code::TooLarge]);
+    assert_eq!(faults_within(axis, Some(2_000_000)), []);
+    let other = "experiment e { axis a = [0, 1, 2] axis b = [0, 1] measure m = 1.0 * a * b }";
+    assert_eq!(faults_within(other, Some(5)), [Code::TooLarge]);
 }
 
 #[test]

@@ -83,6 +83,11 @@ fn expressions_break_before_operators() {
         &format!("claim \"c\" : {long} + {long} < {long}"),
         &format!("claim \"c\" :\n    {long} + {long}\n        < {long}"),
     );
+    check("claim \"c\":a==b\nwithin ( 0.05 )", "claim \"c\" : a == b within(0.05)");
+    check(
+        &format!("claim \"c\" : {long} + {long} == {long} within(0.05)"),
+        &format!("claim \"c\" :\n    {long} + {long}\n        == {long} within(0.05)"),
+    );
     check(
         &format!("let a = {long} * {long} - {long}"),
         &format!("let a =\n    {long} * {long}\n        - {long}"),
@@ -126,6 +131,8 @@ fn comments_stay_where_they_are() {
         "axis a = { \"A\": b // b\n, // more\n \"C\": d\n// end\n}",
         "axis a = {\n    \"A\": b,   // b\n    // more\n    \"C\": d,\n    // end\n}",
     );
+    check("published  t\nfrom \"t.ron\"", "published t from \"t.ron\"");
+    check("profile p:q{a=1}", "profile p: q { a = 1 }");
     check("profile p { a = 1 // a\n b = 2 }", "profile p {\n    a = 1,   // a\n    b = 2,\n}");
     check("let a = // why\n b + // b\n c", "let a =   // why\n    b\n        +   // b\n        c");
     check("let // a\n a\n// b\n= 1", "let   // a\n    a\n    // b\n    = 1");

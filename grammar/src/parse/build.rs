@@ -42,8 +42,18 @@ impl<'d> Build<'d> {
             }
             Rule::profile => {
                 let name = self.name(&parts.part());
-                let sets = parts.map(|set| self.named_value(set, 0)).collect();
-                ItemKind::Profile { name, sets }
+                let (mut base, mut sets) = (None, Vec::new());
+                for part in parts {
+                    match part.as_rule() {
+                        Rule::name => base = Some(self.name(&part)),
+                        _ => sets.push(self.named_value(part, 0)),
+                    }
+                }
+                ItemKind::Profile { name, base, sets }
+            }
+            Rule::published => {
+                let name = self.name(&parts.part());
+                ItemKind::Published { name, path: self.string(&parts.part()) }
             }
             Rule::axis => {
                 let (name, fields) = self.axis_head(parts.part());
@@ -52,7 +62,11 @@ impl<'d> Build<'d> {
             Rule::valued => {
                 let head = parts.part();
                 let value = self.expr(parts.part(), 0);
-                self.declared(head, value)
+                let mut kind = self.declared(head, value);
+                if let (ItemKind::Claim { within, .. }, Some(pair)) = (&mut kind, parts.next()) {
+                    *within = Some(self.expr(Parts::of(pair).part(), 0));
+                }
+                kind
             }
             other => unreachable!("{other:?} is not an item"),
         })
@@ -92,7 +106,9 @@ impl<'d> Build<'d> {
             Rule::measure_head => ItemKind::Measure { name: self.name(&parts.part()), value },
             Rule::figure_head => ItemKind::Figure { name: self.string(&parts.part()), value },
             Rule::table_head => ItemKind::Table { name: self.string(&parts.part()), value },
-            Rule::claim_head => ItemKind::Claim { name: self.string(&parts.part()), value },
+            Rule::claim_head => {
+                ItemKind::Claim { name: self.string(&parts.part()), value, within: None }
+            }
             other => unreachable!("{other:?} does not begin an item"),
         }
     }
@@ -400,6 +416,8 @@ fn means_something(pair: &Pair<'_>) -> bool {
             | Rule::dots
             | Rule::as_word
             | Rule::match_word
+            | Rule::within_word
+            | Rule::from_word
     )
 }
 

@@ -49,11 +49,9 @@ impl Fault {
         let plain = |message: String| Self::plain(text, place, message);
         match found {
             "}" => plain("this `}` closes nothing".to_owned()).label("no block is open"),
-            "published" => plain(not_yet("`published`")).label("not known yet"),
             _ => {
                 let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
-                let known = scan::ITEM_WORDS.into_iter().filter(|word| *word != "published");
-                let help = if word { suggest(found, known) } else { habit(found) };
+                let help = if word { suggest(found, scan::ITEM_WORDS) } else { habit(found) };
                 plain(format!("expected an item, found {}", shown(found)))
                     .label("no item begins so")
                     .help(help)
@@ -188,11 +186,14 @@ impl Context<'_> {
             }
             ("let", ":") if wants("`=`") => "a `let` names no type: write `let x = 1`",
             (_, ":" | "==") if wants("`=`") => "write `=`",
+            ("claim", _) if before.ends_with("within") => "write `within(0.05)`",
+            (_, "within") => "`within(..)` ends a claim, behind the right side of its `==`",
             ("claim", _) if quotable && wants("a string") => {
                 "what is claimed stands in quotes: `claim \"in words\" : left < right`"
             }
             ("edition", _) if wants("a string") => "write `edition \"2026\"`",
-            ("use" | "include", _) if quotable && wants("a string") => {
+            ("published", _) if wants("`from`") => "write `published t33 from \"file.ron\"`",
+            ("use" | "include" | "published", _) if quotable && wants("a string") => {
                 "the path stands in quotes: `\"file.ivx\"`"
             }
             ("axis", _) if quotable && wants("a string") => "a label stands in quotes",
@@ -323,16 +324,19 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::rbrace => (3, "`}`"),
         Rule::rangle => (3, "`>`"),
         Rule::colon => (4, "`:`"),
+        Rule::from_word => (4, "`from`"),
         Rule::lbrace | Rule::labelled => (5, "`{`"),
         Rule::dots => (10, "`..`"),
         Rule::arith | Rule::compare => (11, "an operator"),
         Rule::as_word => (11, "`as`"),
+        Rule::within | Rule::within_word => (11, "`within`"),
         Rule::langle => (11, "`<`"),
         Rule::end | Rule::EOI | Rule::item_word => (12, "the next item"),
         Rule::edition
         | Rule::uses
         | Rule::include
         | Rule::profile
+        | Rule::published
         | Rule::experiment
         | Rule::axis
         | Rule::valued
@@ -348,9 +352,9 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         | Rule::figure_head
         | Rule::table_head
         | Rule::claim_head => (12, "an item"),
-        // Always one of several ways on; the others say more.
-        Rule::lparen
-        | Rule::lbracket
+        // Nearly always one of several ways on; the others say more.
+        Rule::lparen => (20, "`(`"),
+        Rule::lbracket
         | Rule::dot
         | Rule::params
         | Rule::fields

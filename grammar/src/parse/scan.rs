@@ -3,7 +3,7 @@
 /// The deepest nesting of brackets: pest recurses over them.
 pub(super) const DEEPEST: usize = 256;
 
-/// The words that begin an item. `published` is kept for a later version.
+/// The words that begin an item.
 pub(crate) const ITEM_WORDS: [&str; 13] = [
     "axis",
     "claim",

@@ -22,6 +22,14 @@ fn items() {
         &["(profile quick a: 1 b: 2)", "(profile desk a: 1 b: -2)", "(profile none)"],
     );
     check(
+        "profile desk: quick { a = 1 } profile d : q {}",
+        &["(profile desk of quick a: 1)", "(profile d of q)"],
+    );
+    check(
+        "published t from \"t.ron\" published from from \"../t.ron\"",
+        &[r#"(published t "t.ron")"#, r#"(published from "../t.ron")"#],
+    );
+    check(
         "axis seed = 0..seeds axis x = a.b..f(1)+2",
         &["(axis seed 0..seeds)", "(axis x a.b..(+ (f 1) 2))"],
     );
@@ -37,6 +45,14 @@ fn items() {
     check(
         "measure m = a figure \"1\" = b table \"2\" = c claim \"3\" : d < e",
         &["(measure m a)", r#"(figure "1" b)"#, r#"(table "2" c)"#, r#"(claim "3" (< d e))"#],
+    );
+    check(
+        "claim \"1\" : a == b within(0.05)\nclaim \"2\" : within (c) == d + within within(e) let within = 1",
+        &[
+            r#"(claim "1" (== a b) within 0.05)"#,
+            r#"(claim "2" (== (within c) (+ d within)) within e)"#,
+            "(let within 1)",
+        ],
     );
     check(
         "table \"1\" = table(a) figure \"2\" = figure (b) table \"3\" =\ntable(c)",

@@ -129,6 +129,16 @@ pub struct ArgDecl {
     pub default: Option<Lit>,
     /// Numbers it accepts; for lists, each item.
     pub range: Option<Range>,
+    /// What its numbers count or measure.
+    pub unit: Option<&'static str>,
+}
+
+impl ArgDecl {
+    /// ` mm` behind its numbers; nothing where it has no unit.
+    #[must_use]
+    pub fn in_unit(&self) -> String {
+        self.unit.map(|unit| format!(" {unit}")).unwrap_or_default()
+    }
 }
 
 /// What an argument takes.

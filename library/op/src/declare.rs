@@ -18,8 +18,8 @@
 ///     pub struct Jitter = "jitter" @ 1, stochastic -> Array [like value] {
 ///         /// A port: an artifact, one coordinate at a time.
 ///         value: One<Array>;
-///         /// A description.
-///         scale: f64 = 1.0;
+///         /// A description, with its range and its unit.
+///         scale: f64 = 1.0, in 0.0.., unit "metres";
 ///     }
 /// }
 /// ```
@@ -34,7 +34,8 @@ macro_rules! declare {
         $(-> $out:ident $([$($dims:tt)+])?)? {
             $(
                 $(#[doc = $arg_doc:literal])+
-                $field:ident: $field_ty:ty $(= $default:expr)? $(, in $range:expr)?;
+                $field:ident: $field_ty:ty $(= $default:expr)? $(, in $range:expr)?
+                    $(, unit $unit:literal)?;
             )*
         }
     ) => {
@@ -55,6 +56,7 @@ macro_rules! declare {
                     kind: <$field_ty as $crate::Arg>::kind(),
                     default: None$(.or(Some($crate::Lit::from($default))))?,
                     range: None$(.or(Some($crate::Range::from($range))))?,
+                    unit: None$(.or(Some($unit)))?,
                 } ),*]
             }
 

@@ -280,7 +280,7 @@ mod tests {
         /// A square.
         struct Square = "square" @ 1 {
             /// Its side.
-            side: f64 = 2.0, in 0.0..=10.0;
+            side: f64 = 2.0, in 0.0..=10.0, unit "mm";
         }
     }
 
@@ -352,6 +352,8 @@ mod tests {
         let ctx = Ctx { op: "area", seed: 0, member: None };
         let out = registry.run("area", &call, &ctx).expect("runs");
         assert_eq!(Array::decode(&out), Some(Array::scalar(6.0)));
+        let side = &registry.decl("square").expect("registered").args[0];
+        assert_eq!((side.unit, side.in_unit().as_str()), (Some("mm"), " mm"));
         let decl = registry.decl("area").expect("registered");
         assert_eq!(
             decl.to_string(),

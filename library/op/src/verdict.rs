@@ -24,8 +24,20 @@ pub struct Finding {
     pub estimate: f64,
     /// The 95 % interval of the paired difference; none where nothing is stochastic.
     pub interval: Option<(f64, f64)>,
-    /// How many seeds were paired; 0 where nothing is stochastic.
+    /// How many seeds were paired. 0 where nothing is, unless what was compared rests on too few
+    /// seeds to decide anything: then how many.
     pub n: usize,
+}
+
+impl Finding {
+    /// Below this many seeds nothing is decided.
+    pub const MIN_SEEDS: usize = 5;
+
+    /// Whether it is undecided for want of seeds.
+    #[must_use]
+    pub fn lacks_seeds(&self) -> bool {
+        self.outcome == Outcome::Undecided && (1..Self::MIN_SEEDS).contains(&self.n)
+    }
 }
 
 /// Whether a claim holds.

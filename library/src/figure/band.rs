@@ -18,7 +18,7 @@ declare! {
         /// An axis or dimension of both whose labels are numbers.
         x: AxisNames;
         /// How many spreads the area reaches to either side.
-        width: f64 = 3.0, in 0.0..;
+        width: f64 = 3.0, in 0.0.., unit "spreads";
         /// The legend entry; where empty, what the spec calls `center`.
         label: String = "";
     }

@@ -13,7 +13,7 @@ declare! {
         /// The data.
         on: One<Dataset>;
         /// How many updates; closed-form learners make none.
-        steps: u64 = 0, in 0.0..;
+        steps: u64 = 0, in 0.0.., unit "updates";
     }
 }
 

@@ -7,9 +7,6 @@ use super::reduce::Groups;
 use crate::math::interval::{bootstrap, student_t};
 use crate::math::moments::mean;
 
-/// Below this many seeds nothing is decided.
-const MIN_SEEDS: usize = 5;
-
 /// From this many seeds on, the interval is the bootstrap's and not Student's.
 const BOOTSTRAP_SEEDS: usize = 20;
 
@@ -19,9 +16,12 @@ declare! {
     /// With a dimension `seed`, differences are paired, and the claim holds when the interval of
     /// their mean lies on the claimed side and fails when it lies on the other. The interval is
     /// Student's t below 20 seeds and a percentile bootstrap of 10 000 resamples from 20 on; below
-    /// 5 seeds the claim is undecided. `==` and `!=` ask whether all differences are exactly 0.
-    /// Without `seed` the numbers compare plainly. What is not a number decides nothing.
-    pub struct Claim = "claim" @ 1 -> Verdict {
+    /// 5 seeds the claim is undecided. `==` and `!=` ask whether all differences are exactly 0;
+    /// `==` within a tolerance `t`, whether the interval lies in `[−t, t]`, and it fails when
+    /// they are apart. Without `seed` the numbers compare plainly, and within a tolerance if the
+    /// difference is at most `t`. Sides that rest on fewer than 5 seeds decide nothing either, and
+    /// neither does what is not a number.
+    pub struct Claim = "claim" @ 3 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -30,6 +30,10 @@ declare! {
         relation: String;
         /// How often such intervals hold the true mean.
         confidence: f64 = 0.95, in 0.5..=0.999;
+        /// How far apart the sides of `==` may be, in their unit.
+        within: f64 = 0.0, in 0.0..;
+        /// How many seeds the sides rest on, by the side with fewer; 0 where nothing draws.
+        seeds: usize = 0;
     }
 }
 
@@ -51,8 +55,12 @@ impl Op for Claim {
                 self.over_seeds(relation, &differences, at, ctx)
             } else {
                 let estimate = differences[0];
-                let outcome = relation.judge(estimate, estimate);
-                Finding { at, outcome, estimate, interval: None, n: 0 }
+                let (outcome, n) = if self.lacks_seeds() {
+                    (Outcome::Undecided, self.seeds)
+                } else {
+                    (relation.judge(estimate, estimate, self.within), 0)
+                };
+                Finding { at, outcome, estimate, interval: None, n }
             }
         });
         Ok(Verdict { findings: findings.collect() })
@@ -60,6 +68,11 @@ impl Op for Claim {
 }
 
 impl Claim {
+    /// Whether a side rests on too few seeds.
+    fn lacks_seeds(&self) -> bool {
+        (1..Finding::MIN_SEEDS).contains(&self.seeds)
+    }
+
     /// The finding from one difference a seed.
     fn over_seeds(
         &self,
@@ -68,15 +81,16 @@ impl Claim {
         at: Vec<(String, String)>,
         ctx: &Ctx,
     ) -> Finding {
-        let (n, estimate) = (differences.len(), mean(differences));
+        let estimate = mean(differences);
+        let n = if self.lacks_seeds() { self.seeds } else { differences.len() };
         let finding = |outcome, interval| Finding { at, outcome, estimate, interval, n };
-        if n < MIN_SEEDS {
+        if n < Finding::MIN_SEEDS {
             return finding(Outcome::Undecided, None);
         }
-        if matches!(relation, Relation::Equal | Relation::Unequal) {
+        if matches!(relation, Relation::Equal | Relation::Unequal) && self.within == 0.0 {
             let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let furthest = furthest.expect("a group is not empty");
-            return finding(relation.judge(furthest, furthest), None);
+            return finding(relation.judge(furthest, furthest, 0.0), None);
         }
         let (low, high) = if n < BOOTSTRAP_SEEDS {
             student_t(differences, self.confidence)
@@ -85,7 +99,7 @@ impl Claim {
             let mut rng = Ctx { seed: 0, member: None, ..*ctx }.rng("bootstrap", &[]);
             bootstrap(differences, self.confidence, &mut rng)
         };
-        finding(relation.judge(low, high), Some((low, high)))
+        finding(relation.judge(low, high, self.within), Some((low, high)))
     }
 }
 
@@ -128,13 +142,15 @@ impl Relation {
 
     /// What an interval of the difference, left minus right, says of the claim: `Holds` if it is
     /// true of every number in the interval, `Fails` if of none.
-    fn judge(self, low: f64, high: f64) -> Outcome {
+    ///
+    /// - `within`: how far from 0 counts as equal.
+    fn judge(self, low: f64, high: f64, within: f64) -> Outcome {
         let (always, never) = match self {
             Self::Less => (high < 0.0, low >= 0.0),
             Self::LessOrEqual => (high <= 0.0, low > 0.0),
             Self::Greater => (low > 0.0, high <= 0.0),
             Self::GreaterOrEqual => (low >= 0.0, high < 0.0),
-            Self::Equal => (low == 0.0 && high == 0.0, low > 0.0 || high < 0.0),
+            Self::Equal => (-within <= low && high <= within, low > within || high < -within),
             Self::Unequal => (low > 0.0 || high < 0.0, low == 0.0 && high == 0.0),
         };
         match (always, never) {
@@ -168,7 +184,14 @@ mod tests {
 
     fn claim(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Verdict {
         let relation = relation.to_owned();
-        Claim { left, right, relation, confidence: 0.95 }.run(&CTX).unwrap()
+        Claim { left, right, relation, confidence: 0.95, within: 0.0, seeds: 0 }.run(&CTX).unwrap()
+    }
+
+    /// The finding on `left == right within(..)`.
+    fn within(within: f64, left: Everything<Array>, right: Everything<Array>) -> Finding {
+        let claim =
+            Claim { left, right, relation: "==".into(), confidence: 0.95, within, seeds: 0 };
+        claim.run(&CTX).unwrap().findings.remove(0)
     }
 
     fn outcome(left: Everything<Array>, relation: &str, right: Everything<Array>) -> Outcome {
@@ -215,6 +238,45 @@ mod tests {
     }
 
     #[test]
+    fn what_was_reduced_over_few_seeds_decides_nothing() {
+        let of = |seeds, left: Everything<Array>| {
+            let (relation, right) = ("<".to_owned(), scalar(9.0));
+            let claim = Claim { left, right, relation, confidence: 0.95, within: 0.0, seeds };
+            let finding = claim.run(&CTX).unwrap().findings.remove(0);
+            (finding.outcome, finding.n, finding.lacks_seeds())
+        };
+        assert_eq!(of(0, scalar(1.0)), (Outcome::Holds, 0, false));
+        assert_eq!(of(1, scalar(1.0)), (Outcome::Undecided, 1, true));
+        assert_eq!(of(4, scalar(1.0)), (Outcome::Undecided, 4, true));
+        assert_eq!(of(5, scalar(1.0)), (Outcome::Holds, 0, false));
+        // Paired with what was picked from one seed.
+        assert_eq!(of(1, seeds(&[1.0; 6])), (Outcome::Undecided, 1, true));
+        assert_eq!(of(6, seeds(&[1.0; 6])), (Outcome::Holds, 6, false));
+    }
+
+    #[test]
+    fn equality_within_a_tolerance_is_of_the_interval() {
+        use Outcome::{Fails, Holds, Undecided};
+        // Mean 3, s² = 2.5: the interval of the mean is 3 ± 1.963.
+        let by = |tolerance, n| {
+            within(tolerance, seeds(&[1.0, 2.0, 3.0, 4.0, 5.0][..n]), scalar(0.0)).outcome
+        };
+        assert_eq!([by(5.0, 5), by(3.0, 5), by(1.0, 5)], [Holds, Undecided, Fails]);
+        assert_eq!(by(5.0, 4), Undecided);
+        let finding = within(5.0, scalar(0.0), seeds(&[1.0, 2.0, 3.0, 4.0, 5.0]));
+        let (low, high) = finding.interval.unwrap();
+        assert!((low + 4.963).abs() < 1e-3 && (high + 1.037).abs() < 1e-3, "{low} {high}");
+        assert_eq!((finding.outcome, finding.estimate, finding.n), (Holds, -3.0, 5));
+
+        let plainly = |tolerance, l| within(tolerance, scalar(l), scalar(2.0)).outcome;
+        assert_eq!(
+            [plainly(0.5, 2.5), plainly(0.5, 1.5), plainly(0.5, 2.6)],
+            [Holds, Holds, Fails]
+        );
+        assert_eq!(plainly(0.5, f64::NAN), Undecided);
+    }
+
+    #[test]
     fn other_axes_mean_for_all() {
         let ke = Dim::new("ke", Labels::Names(vec!["WCM".into(), "BCM".into()]));
         let n = Dim::new("n", Labels::Numbers(vec![5.0, 10.0]));
@@ -233,7 +295,8 @@ mod tests {
     #[test]
     fn unknown_relations_are_refused() {
         let (left, right) = (scalar(0.0), scalar(1.0));
-        let claim = Claim { left, right, relation: "~".into(), confidence: 0.95 };
+        let claim =
+            Claim { left, right, relation: "~".into(), confidence: 0.95, within: 0.0, seeds: 0 };
         assert!(claim.run(&CTX).is_err());
     }
 

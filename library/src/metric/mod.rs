@@ -7,6 +7,7 @@ mod equivalent;
 mod field;
 mod gap;
 mod mixture_std;
+mod published;
 mod quantile;
 mod reduce;
 mod rmse;
@@ -23,6 +24,7 @@ pub use equivalent::Equivalent;
 pub use field::Field;
 pub use gap::{Hallucination, Regret};
 pub use mixture_std::MixtureStd;
+pub use published::PublishedNumbers;
 pub use quantile::Quantile;
 pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
 pub use rmse::Rmse;
@@ -56,6 +58,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Unequal>()
         .op::<Select>()
         .op::<Field>()
+        .op::<PublishedNumbers>()
         .op::<Regret>()
         .op::<Hallucination>()
         .op::<Rmse>()

@@ -14,7 +14,10 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Param { name, ty, value } => {
             format!("param {} {} {}", name.value, type_of(ty), expr(value))
         }
-        ItemKind::Profile { name, sets } => format!("profile {}{}", name.value, named(sets)),
+        ItemKind::Profile { name, base, sets } => {
+            let base = base.as_ref().map(|base| format!(" of {}", base.value));
+            format!("profile {}{}{}", name.value, base.unwrap_or_default(), named(sets))
+        }
         ItemKind::Axis { name, fields, values } => {
             let fields = joined(fields.iter().map(|field| format!(".{}", field.value)));
             format!("axis {}{fields} {}", name.value, axis(values))
@@ -38,7 +41,13 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Measure { name, value } => format!("measure {} {}", name.value, expr(value)),
         ItemKind::Figure { name, value } => format!("figure {:?} {}", name.value, expr(value)),
         ItemKind::Table { name, value } => format!("table {:?} {}", name.value, expr(value)),
-        ItemKind::Claim { name, value } => format!("claim {:?} {}", name.value, expr(value)),
+        ItemKind::Claim { name, value, within } => {
+            let within = within.as_ref().map(|within| format!(" within {}", expr(within)));
+            format!("claim {:?} {}{}", name.value, expr(value), within.unwrap_or_default())
+        }
+        ItemKind::Published { name, path } => {
+            format!("published {} {:?}", name.value, path.value)
+        }
         ItemKind::Junk => "junk".to_owned(),
     };
     format!("({docs}{inner})")

@@ -28,6 +28,21 @@ fn broken_items() {
         ],
     );
     check(
+        "claim \"c\" : a == b within 0.5\nlet d = 1",
+        &[
+            "(claim \"c\" junk)",
+            "(let d 1)",
+            "IVX0101 1:27 expected `(`, found `0.5`; write `within(0.05)`",
+        ],
+    );
+    check(
+        "measure m = a == b within(0.5)",
+        &[
+            "(measure m (== a b))",
+            "IVX0101 1:20 expected an operator or the next item, found `within`; `within(..)` ends a claim, behind the right side of its `==`",
+        ],
+    );
+    check(
         "claim c : a < b",
         &[
             "(junk)",
@@ -93,8 +108,12 @@ fn words_out_of_place() {
     );
     check("axis task() = x", &["(junk)", "IVX0101 1:11 expected a name, found `)`"]);
     check(
-        "published t from \"t.ron\"\nlet a = 1",
-        &["(junk)", "(let a 1)", "IVX0101 1:1 `published` is not part of this version yet"],
+        "published t = \"t.ron\"\nlet a = 1",
+        &[
+            "(junk)",
+            "(let a 1)",
+            "IVX0101 1:13 expected `from`, found `=`; write `published t33 from \"file.ron\"`",
+        ],
     );
     check(
         "axis a = 0..",
@@ -254,7 +273,7 @@ fn good_items_survive_broken_ones() {
         &[
             "(experiment e (junk))",
             "(let d 4)",
-            "IVX0101 1:16 expected an item, found `nonsense`; known here: `axis`, `claim`, `edition`, `experiment`, `figure`, `include`, `let`, `measure`, `param`, `profile`, `table`, `use`",
+            "IVX0101 1:16 expected an item, found `nonsense`; known here: `axis`, `claim`, `edition`, `experiment`, `figure`, `include`, `let`, `measure`, `param`, `profile`, `published`, `table`, `use`",
         ],
     );
     check(

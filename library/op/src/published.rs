@@ -1,0 +1,170 @@
+//! Published numbers: what a paper's table says, as a file.
+
+use std::collections::BTreeSet;
+
+use ron::extensions::Extensions;
+use serde::Deserialize;
+
+use crate::{Dim, Labels};
+
+/// Numbers over named dimensions, some of them missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Published {
+    /// Where they are published.
+    pub source: String,
+    /// The dimensions, outermost first; names are unique.
+    pub dims: Vec<Dim>,
+    /// One number a coordinate, last dimension fastest; none where the paper has none.
+    pub values: Vec<Option<f64>>,
+    /// Their standard errors, in the same order, where the paper gives any.
+    pub errors: Option<Vec<Option<f64>>>,
+}
+
+/// A file as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    source: String,
+    axes: Vec<(String, Vec<Label>)>,
+    values: Vec<Option<f64>>,
+    errors: Option<Vec<Option<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Label {
+    Number(f64),
+    Name(String),
+}
+
+/// The numbers of a file.
+///
+/// # Errors
+/// What is wrong with the text, for its author.
+pub fn read_published(text: &str) -> Result<Published, String> {
+    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let File { source, axes, values, errors } = options.from_str(text).map_err(|error| {
+        format!("line {}, column {}: {}", error.span.start.line, error.span.start.col, error.code)
+    })?;
+    let mut names = BTreeSet::new();
+    for (name, _) in &axes {
+        let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if name.is_empty()
+            || name.starts_with(|c: char| c.is_ascii_digit())
+            || !name.chars().all(letter)
+        {
+            return Err(format!("axis {name:?} is no name of letters, digits and `_`"));
+        }
+        if name == "seed" {
+            return Err("an axis is called `seed`: what is published draws nothing".to_owned());
+        }
+        if !names.insert(name) {
+            return Err(format!("axis `{name}` is there twice"));
+        }
+    }
+    let dims = axes.into_iter().map(|(name, labels)| dim(name, labels));
+    let dims: Vec<Dim> = dims.collect::<Result<_, _>>()?;
+    let sizes: Vec<String> = dims.iter().map(|dim| format!("{} {}", dim.len(), dim.name)).collect();
+    let n = dims.iter().map(Dim::len).fold(1, usize::saturating_mul);
+    for (what, numbers) in [("values", Some(&values)), ("errors", errors.as_ref())] {
+        let Some(numbers) = numbers else { continue };
+        if numbers.len() != n {
+            let of =
+                if sizes.is_empty() { String::new() } else { format!(" ({})", sizes.join(" × ")) };
+            return Err(format!("there are {} {what} for {n} coordinates{of}", numbers.len()));
+        }
+        if let Some(odd) = numbers.iter().flatten().find(|x| !x.is_finite()) {
+            return Err(format!("one of the {what} is {odd}; write `None` where there is none"));
+        }
+    }
+    if let Some(odd) = errors.iter().flatten().flatten().find(|x| **x < 0.0) {
+        return Err(format!("one of the errors is {odd}, and standard errors are at least 0"));
+    }
+    Ok(Published { source, dims, values, errors })
+}
+
+/// The dimension; its labels are numbers if all are.
+fn dim(name: String, labels: Vec<Label>) -> Result<Dim, String> {
+    let text = |label: &Label| match label {
+        Label::Number(x) => x.to_string(),
+        Label::Name(name) => name.clone(),
+    };
+    let texts: Vec<String> = labels.iter().map(text).collect();
+    if texts.is_empty() {
+        return Err(format!("axis `{name}` has no labels"));
+    }
+    if let Some((_, again)) =
+        texts.iter().enumerate().find(|(i, label)| texts[..*i].contains(label))
+    {
+        return Err(format!("axis `{name}` has the label `{again}` twice"));
+    }
+    let number = |label: &Label| if let Label::Number(x) = label { Some(*x) } else { None };
+    let labels = match labels.iter().map(number).collect::<Option<Vec<f64>>>() {
+        Some(numbers) if numbers.iter().all(|x| x.is_finite()) => Labels::Numbers(numbers),
+        Some(_) => return Err(format!("a label of axis `{name}` is not finite")),
+        None => Labels::Names(texts),
+    };
+    Ok(Dim { name, labels })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_labels_and_may_be_missing() {
+        let text = r#"(
+            source: "Table 1",
+            axes: [("method", ["A", "B"]), ("n", [5, 0.5])],
+            values: [0.1, None, 3, -4.5],
+            errors: [0.0, None, None, 2],
+        )"#;
+        let read = read_published(text).unwrap();
+        let names = Labels::Names(vec!["A".into(), "B".into()]);
+        let dims = vec![Dim::new("method", names), Dim::new("n", Labels::Numbers(vec![5.0, 0.5]))];
+        assert_eq!((read.source.as_str(), read.dims), ("Table 1", dims));
+        assert_eq!(read.values, [Some(0.1), None, Some(3.0), Some(-4.5)]);
+        assert_eq!(read.errors, Some(vec![Some(0.0), None, None, Some(2.0)]));
+        let scalar = read_published(r#"(source: "p. 3", axes: [], values: [7.0])"#).unwrap();
+        assert_eq!((scalar.dims, scalar.values, scalar.errors), (vec![], vec![Some(7.0)], None));
+        let mixed = r#"(source: "", axes: [("a", ["x", 2])], values: [1, 2])"#;
+        let labels = Labels::Names(vec!["x".into(), "2".into()]);
+        assert_eq!(read_published(mixed).unwrap().dims[0].labels, labels);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told() {
+        let check = |rest: &str, expected: &str| {
+            let why = read_published(&format!("(source: \"\", {rest})")).unwrap_err();
+            assert_eq!(why, expected);
+        };
+        check(
+            "axes: [(\"a b\", [1])], values: [1]",
+            "axis \"a b\" is no name of letters, digits and `_`",
+        );
+        check("axes: [(\"a\", [1]), (\"a\", [1])], values: [1]", "axis `a` is there twice");
+        check("axes: [(\"a\", [])], values: []", "axis `a` has no labels");
+        check("axes: [(\"a\", [1, 1.0])], values: [1, 2]", "axis `a` has the label `1` twice");
+        check("axes: [(\"a\", [inf])], values: [1]", "a label of axis `a` is not finite");
+        check(
+            "axes: [(\"seed\", [1])], values: [1]",
+            "an axis is called `seed`: what is published draws nothing",
+        );
+        check(
+            "axes: [(\"a\", [1, 2]), (\"b\", [3])], values: [1]",
+            "there are 1 values for 2 coordinates (2 a × 1 b)",
+        );
+        check("axes: [], values: [1], errors: []", "there are 0 errors for 1 coordinates");
+        check(
+            "axes: [], values: [NaN]",
+            "one of the values is NaN; write `None` where there is none",
+        );
+        check(
+            "axes: [], values: [1], errors: [-1]",
+            "one of the errors is -1, and standard errors are at least 0",
+        );
+        let why = read_published("(source: \"\",\n axes: [], value: [1])").unwrap_err();
+        assert!(why.starts_with("line 2, column 1") && why.contains("value"), "{why}");
+        assert!(read_published("").is_err());
+    }
+}
