@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_op::{Lit, Ty};
 
+use super::scope::name_of;
 use super::value::{Fit, Val, coerce, fit, join};
 use super::{Checker, MAX_NODES};
 use crate::ast::{AxisExpr, Expr, Name};
@@ -34,6 +35,17 @@ impl<'a> Checker<'a> {
         });
         self.axes.insert(declared, id);
         id
+    }
+
+    /// Whether there is no such axis only because of a fault that was reported.
+    pub(super) fn lost_axis(&self, name: &str) -> bool {
+        let Some(scope) = self.experiment else { return false };
+        match self.scopes.find(scope, name) {
+            Some((declared, item)) => name_of(item).is_some_and(|own| {
+                matches!(self.axes.get(&(declared, own.value.clone())), Some(None))
+            }),
+            None => self.scopes.lost(scope, name),
+        }
     }
 
     fn push_axis(&mut self, axis: Axis) -> AxisId {

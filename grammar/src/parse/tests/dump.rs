@@ -36,7 +36,7 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Figure { name, value } => format!("figure {:?} {}", name.value, expr(value)),
         ItemKind::Table { name, value } => format!("table {:?} {}", name.value, expr(value)),
         ItemKind::Claim { name, value } => format!("claim {:?} {}", name.value, expr(value)),
-        ItemKind::Junk => "junk".to_owned(),
+        ItemKind::Junk { .. } => "junk".to_owned(),
     };
     format!("({docs}{inner})")
 }
