@@ -7,6 +7,7 @@ mod progress;
 mod project;
 mod reference;
 mod render;
+mod replace;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -121,7 +121,10 @@ pub enum ItemKind {
         path: Spanned<String>,
     },
     /// Text that does not read as an item; it has its own diagnostic.
-    Junk,
+    Junk {
+        /// The names that it seems to declare; `None` if it may be any.
+        names: Option<Vec<Name>>,
+    },
 }
 
 /// A parameter of a `let` function.

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use ivx_op::{Lit, Part, Role, Ty};
 
 use super::Checker;
+use super::scope::name_of;
 use super::value::{Val, convert, is_record, join, record};
 use crate::ast::{AxisExpr, Expr, ExprKind, Name};
 use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, Groups};
@@ -45,6 +46,17 @@ impl<'a> Checker<'a> {
     pub(super) fn any_seed(&mut self) -> AxisId {
         let coord = Coord { label: ANY.to_owned(), value: Lit::Int(0) };
         self.push_axis(Axis { name: SEED.to_owned(), role: AxisRole::Seed, coords: vec![coord] })
+    }
+
+    /// Whether there is no such axis only because of a fault that was reported.
+    pub(super) fn lost_axis(&self, name: &str) -> bool {
+        let Some(scope) = self.experiment else { return false };
+        match self.scopes.find(scope, name) {
+            Some((declared, item)) => name_of(item).is_some_and(|own| {
+                matches!(self.axes.get(&(declared, own.value.clone())), Some(None))
+            }),
+            None => self.scopes.lost(scope, name),
+        }
     }
 
     fn push_axis(&mut self, axis: Axis) -> AxisId {

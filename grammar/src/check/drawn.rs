@@ -32,10 +32,8 @@ impl Checker<'_> {
             ExprKind::Op(_) | ExprKind::Match { .. } => {
                 let has_seed = expr.axes.iter().any(|axis| self.is_seed(*axis));
                 let draws = matches!(&expr.kind, ExprKind::Op(op) if op.stochastic);
-                let mut drawn = Drawn {
-                    varies: draws && has_seed,
-                    reduced: usize::from(draws && !has_seed),
-                };
+                let mut drawn =
+                    Drawn { varies: draws && has_seed, reduced: usize::from(draws && !has_seed) };
                 for id in self.spec.inputs(expr) {
                     let input = self.drawn[id.0 as usize];
                     drawn.reduced = drawn.reduced.max(input.reduced);

@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use ivx_op::{Array, Artifact, Lit, Ty};
 
-use super::value::{Fit, Val, coerce, fit, join, nothing};
 use super::Checker;
+use super::value::{Fit, Val, coerce, fit, join, nothing};
 use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, ir, suggest};

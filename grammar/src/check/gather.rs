@@ -30,6 +30,10 @@ impl<'a> Checker<'a> {
             if known.iter().any(|known| known == name) {
                 continue;
             }
+            sound = false;
+            if self.lost_axis(name) {
+                continue;
+            }
             let message = format!("`{}` has nothing that varies over `{name}`", decl.name);
             let fault =
                 Diagnostic::new(Code::UnknownAxis, *span, message, "no axis or dimension of it");
@@ -39,7 +43,6 @@ impl<'a> Checker<'a> {
                 suggest(name, known.iter().map(String::as_str))
             };
             self.fault(fault.maybe_help(help));
-            sound = false;
         }
         sound
     }
@@ -161,6 +164,9 @@ impl<'a> Checker<'a> {
         let Some(axis_id) =
             expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == name)
         else {
+            if self.lost_axis(name) {
+                return Val::Poison;
+            }
             let known = self.names(&expr.axes);
             let message = format!("this does not vary over `{name}`");
             let fault = Diagnostic::new(Code::UnknownAxis, axis.span, message, "no such axis");

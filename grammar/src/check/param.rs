@@ -44,6 +44,7 @@ impl<'a> Checker<'a> {
             let matching: Vec<_> = matching.map(|(address, _)| address.as_str()).collect();
             match matching[..] {
                 [_] => {}
+                [] if self.lost_parameter(set) => {}
                 [] => {
                     let all = known.iter().flat_map(|(address, name)| [address.as_str(), *name]);
                     self.unplaced(format!("no parameter is called `{set}`"), suggest(set, all));
@@ -82,7 +83,7 @@ impl<'a> Checker<'a> {
         let here = &self.scopes.all[scope].names;
         let params = here.iter().filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
         let mut params = params.map(|(param, _)| *param);
-        if params.clone().any(|param| param == name.value) {
+        if params.clone().any(|param| param == name.value) || self.scopes.lost(scope, &name.value) {
             return;
         }
         let help = suggest(&name.value, params.by_ref());
@@ -91,6 +92,12 @@ impl<'a> Checker<'a> {
         let fault =
             Diagnostic::new(Code::UnknownParameter, name.span, message, "not declared here");
         self.fault(fault.maybe_help(help));
+    }
+
+    /// Whether a name or an address is of no parameter only because of a fault that was reported.
+    fn lost_parameter(&self, set: &str) -> bool {
+        let name = set.rsplit_once('.').map_or(set, |(_, name)| name);
+        (0..self.scopes.all.len()).any(|scope| self.scopes.lost(scope, name))
     }
 
     pub(super) fn unplaced(&mut self, message: String, help: Option<String>) {

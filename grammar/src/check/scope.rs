@@ -32,8 +32,8 @@ pub(super) struct Scope<'a> {
     pub(super) items: &'a [Item],
     /// Names of other files: the file's scope and the name there.
     pub(super) imports: BTreeMap<&'a str, (usize, &'a str)>,
-    /// Names that a faulty `use` should have brought; `None` if there may be any. Their fault
-    /// was reported.
+    /// Names that a faulty item should have declared or brought; `None` if there may be any. The
+    /// fault was reported.
     lost: Vec<Option<&'a str>>,
 }
 
@@ -127,14 +127,19 @@ impl<'a> Scopes<'a> {
             };
             let theirs = &self.all[from].names;
             let all: Vec<(&str, &str, _)> = match names {
-                None => theirs.keys().map(|name| (*name, *name, path.span)).collect(),
+                None => {
+                    lost.extend(&self.all[from].lost);
+                    theirs.keys().map(|name| (*name, *name, path.span)).collect()
+                }
                 Some(names) => names
                     .iter()
                     .map(|(n, new)| (n.value.as_str(), new.value.as_str(), n.span))
                     .collect(),
             };
             for (original, new, span) in all {
-                if !theirs.contains_key(original) {
+                if !theirs.contains_key(original) && self.lost(from, original) {
+                    lost.push(Some(new));
+                } else if !theirs.contains_key(original) {
                     let message = format!("`{}` declares no `{original}`", path.value);
                     let fault =
                         Diagnostic::new(Code::UnknownName, span, message, "not declared there");
@@ -154,7 +159,7 @@ impl<'a> Scopes<'a> {
         }
         let imports = imports.into_iter().map(|(new, (from, original, _))| (new, (from, original)));
         self.all[file].imports = imports.collect();
-        self.all[file].lost = lost;
+        self.all[file].lost.extend(lost);
     }
 
     /// Brings the names of the experiments that a file includes.
@@ -252,7 +257,17 @@ impl<'a> Scope<'a> {
                 names.insert(&name.value, item);
             }
         }
-        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost: Vec::new() }
+        let mut lost = Vec::new();
+        for item in items {
+            match &item.kind {
+                ItemKind::Junk { names: None } => lost.push(None),
+                ItemKind::Junk { names: Some(names) } => {
+                    lost.extend(names.iter().map(|name| Some(name.value.as_str())));
+                }
+                _ => {}
+            }
+        }
+        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost }
     }
 }
 

@@ -50,6 +50,9 @@ impl<'a> Checker<'a> {
         if let (Val::Artifact(id), true) = (&value, dims.contains(declared)) {
             return self.select_dim(at, *id, declared, &label_lit, label.span);
         }
+        if self.lost_axis(&name.value) {
+            return Val::Poison;
+        }
         let known: Vec<String> = self.names(&axes).into_iter().chain(dims).collect();
         let message = format!("this does not vary over `{}`", name.value);
         let help = if known.is_empty() {

@@ -244,10 +244,6 @@ fn habit(found: &str) -> Option<String> {
     Some(advice.to_owned())
 }
 
-fn not_yet(what: &str) -> String {
-    format!("{what} is not part of this version yet")
-}
-
 fn token(text: &str, place: usize) -> &str {
     &text[place..scan::token_end(text, place)]
 }

@@ -48,7 +48,7 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Published { name, path } => {
             format!("published {} {:?}", name.value, path.value)
         }
-        ItemKind::Junk => "junk".to_owned(),
+        ItemKind::Junk { .. } => "junk".to_owned(),
     };
     format!("({docs}{inner})")
 }
