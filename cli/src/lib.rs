@@ -7,6 +7,7 @@ mod progress;
 mod project;
 mod reference;
 mod render;
+mod replace;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -62,11 +63,7 @@ pub fn run(
         Err(trouble) => {
             // Where this cannot be written either, the code is all that is left.
             let _ = writeln!(err, "error: {trouble}");
-            if matches!(trouble, Trouble::Spec { .. } | Trouble::Expand(_)) {
-                WRONG
-            } else {
-                BROKEN
-            }
+            if matches!(trouble, Trouble::Spec { .. }) { WRONG } else { BROKEN }
         }
     }
 }
@@ -110,9 +107,6 @@ enum Trouble {
     /// The cache fails.
     #[error(transparent)]
     Cache(#[from] ivx_cache::CacheError),
-    /// A description has no value.
-    #[error(transparent)]
-    Expand(#[from] ivx_engine::ExpandError),
 }
 
 /// Errors of files get the path.

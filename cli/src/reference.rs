@@ -31,16 +31,20 @@ pub fn reference() -> String {
 
 /// What is declared: the operations, and the parts of each family.
 pub(crate) fn groups(registry: &Registry) -> Vec<(String, Vec<&Decl>)> {
-    let mut operations = Vec::new();
+    let (mut operations, mut rows) = (Vec::new(), Vec::new());
     let mut families: BTreeMap<&str, Vec<&Decl>> = BTreeMap::new();
     for decl in registry.decls() {
         match &decl.role {
             Role::Op(_) => operations.push(decl),
             Role::Part(family) => families.entry(family).or_default().push(decl),
+            Role::Rows(_) => rows.push(decl),
         }
     }
     let parts = families.into_iter().map(|(family, decls)| (format!("Parts: {family}"), decls));
-    std::iter::once(("Operations".to_owned(), operations)).chain(parts).collect()
+    let all = std::iter::once(("Operations".to_owned(), operations)).chain(parts);
+    all.chain([("Coordinates of axes".to_owned(), rows)])
+        .filter(|(_, decls)| !decls.is_empty())
+        .collect()
 }
 
 /// What is said below the signature.
@@ -55,6 +59,20 @@ pub(crate) fn body(decl: &Decl) -> String {
     }
     for arg in &decl.args {
         text += &argument(arg);
+    }
+    if let Role::Op(out) = &decl.role
+        && !out.fields.is_empty()
+    {
+        text += "\nIts fields:\n\n";
+        for field in out.fields {
+            let dims = if field.dims.is_empty() {
+                String::new()
+            } else {
+                format!("[{}]", field.dims.join(", "))
+            };
+            let docs = field.docs.trim();
+            text += &format!("- `{}: {}{dims}`: {docs}\n", field.name, field.artifact);
+        }
     }
     let drawn = if decl.stochastic { ", draws random numbers" } else { "" };
     text.extend(["\nVersion ", &decl.version.to_string(), drawn, ".\n"]);

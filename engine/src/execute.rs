@@ -6,10 +6,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ivx_cache::{CacheError, Fetched, Objects, Output};
-use ivx_op::{Array, Artifact as _, Call, Ctx, Gathered, Registry};
+use ivx_op::{Array, Artifact as _, Call, Ctx, Gathered, Held, Lit, Registry};
 use petgraph::graph::NodeIndex;
 
-use crate::plan::{Draw, Source, Step};
+use crate::plan::{Draw, Fed, Source, Step};
 
 /// Why a node has no result.
 pub(crate) enum Problem {
@@ -45,15 +45,17 @@ pub(crate) fn execute(
         Source::Node(node) => Arc::clone(&bytes[node]),
         Source::Number(x) => Array::scalar(*x).encode().into(),
     };
+    let gathered = |fed: &Fed| Gathered {
+        dims: fed.dims.clone(),
+        values: fed.sources.iter().map(value).collect(),
+        name: fed.name.clone(),
+    };
     let mut call = Call { args: step.args.clone(), ports: BTreeMap::new() };
     for (name, feds) in &step.ports {
-        let gathered = feds.iter().map(|fed| Gathered {
-            dims: fed.dims.clone(),
-            values: fed.sources.iter().map(value).collect(),
-            name: fed.name.clone(),
-        });
-        call.ports.insert(name.clone(), gathered.collect());
+        call.ports.insert(name.clone(), feds.iter().map(gathered).collect());
     }
+    let held: Vec<_> = step.held.iter().map(gathered).collect();
+    call.args.values_mut().for_each(|arg| fill(arg, &held));
     let decl = registry.decl(&step.op).expect("checked programs name known operations");
     let draw = step.draw.unwrap_or(Draw { seed: 0, member: None });
     let ctx = Ctx { op: decl.name, seed: draw.seed, member: draw.member };
@@ -69,6 +71,16 @@ pub(crate) fn execute(
     };
     let output = objects.put(&bytes).map_err(Problem::Cache)?;
     Ok((output, millis))
+}
+
+/// Puts what the parts in a description hold in the place of its slots.
+fn fill(lit: &mut Lit, held: &[Gathered<Arc<[u8]>>]) {
+    match lit {
+        Lit::Held(Held::Slot(slot)) => *lit = Lit::Held(Held::Value(held[*slot].clone())),
+        Lit::List(items) => items.iter_mut().for_each(|item| fill(item, held)),
+        Lit::Part(part) => part.args.values_mut().for_each(|arg| fill(arg, held)),
+        _ => {}
+    }
 }
 
 fn panic_text(panic: &(dyn std::any::Any + Send)) -> &str {

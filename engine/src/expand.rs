@@ -2,32 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use ivx_grammar::ir::{AxisId, AxisRole, Coord, Expr, ExprId, ExprKind, Feed, Op, Place, Spec};
-use ivx_op::{ArgKind, Args, Dim, Labels, Lit, Registry};
-use petgraph::graph::NodeIndex;
+use ivx_grammar::ir::{
+    AxisId, AxisRole, Coord, Desc, Expr, ExprId, ExprKind, Feed, Op, Place, Spec,
+};
+use ivx_op::{ArgKind, Args, Dim, Held, Labels, Lit, Registry};
+use petgraph::Direction::Incoming;
+use petgraph::graph::{DiGraph, NodeIndex};
 
 use crate::key;
 use crate::plan::{Draw, Family, Fed, Plan, Source, Step};
 
-/// Why a program has no graph: arithmetic that has no result at one coordinate.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{address}: {why}")]
-pub struct ExpandError {
-    /// The node.
-    pub address: String,
-    /// What went wrong.
-    pub why: String,
-}
-
 /// The graph of everything that the spec's outputs need. Equal computations are one node, and
 /// an ensemble is one node a member.
 ///
-/// # Errors
-/// If a description has no value at some coordinate.
-///
 /// # Panics
 /// If the spec was not checked.
-pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
+#[must_use]
+pub fn expand(spec: &Spec, registry: &Registry) -> Plan {
     let mut expansion = Expansion {
         spec,
         registry,
@@ -38,14 +29,14 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
     for (i, expr) in spec.exprs.iter().enumerate().filter(|(i, _)| needed[*i]) {
-        values[i] = Some(expansion.values(expr, &values)?);
+        values[i] = Some(expansion.values(expr, &values));
     }
     for id in outputs(spec) {
         let values = values[id.0 as usize].as_ref().expect("outputs are needed");
         let family = expansion.family(values);
         expansion.plan.outputs.insert(id, family);
     }
-    Ok(expansion.plan)
+    reached(expansion.plan)
 }
 
 fn outputs(spec: &Spec) -> impl Iterator<Item = ExprId> {
@@ -56,26 +47,63 @@ fn outputs(spec: &Spec) -> impl Iterator<Item = ExprId> {
     })
 }
 
-fn inputs(expr: &Expr) -> Vec<ExprId> {
-    match &expr.kind {
-        ExprKind::Number(_) => Vec::new(),
-        ExprKind::Op(op) => {
-            op.ports.iter().flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr)).collect()
-        }
-        ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => vec![*base],
-    }
-}
-
 /// Which expressions the outputs need.
 fn needed(spec: &Spec) -> Vec<bool> {
     let mut needed = vec![false; spec.exprs.len()];
     let mut todo: Vec<ExprId> = outputs(spec).collect();
     while let Some(id) = todo.pop() {
         if !std::mem::replace(&mut needed[id.0 as usize], true) {
-            todo.extend(inputs(spec.expr(id)));
+            todo.extend(spec.inputs(spec.expr(id)));
         }
     }
     needed
+}
+
+/// The plan without nodes that no output needs: those at coordinates that nothing selects.
+fn reached(plan: Plan) -> Plan {
+    let Plan { graph, mut outputs } = plan;
+    let mut reached = vec![false; graph.node_count()];
+    let wanted = outputs.values().flat_map(|family| &family.sources);
+    let node = |source: &Source| if let Source::Node(node) = source { Some(*node) } else { None };
+    let mut todo: Vec<NodeIndex> = wanted.filter_map(node).collect();
+    while let Some(node) = todo.pop() {
+        if !std::mem::replace(&mut reached[node.index()], true) {
+            todo.extend(graph.neighbors_directed(node, Incoming));
+        }
+    }
+    if reached.iter().all(|reached| *reached) {
+        return Plan { graph, outputs };
+    }
+    let mut moved: Vec<Option<NodeIndex>> = vec![None; reached.len()];
+    let mut kept = DiGraph::new();
+    let (nodes, _) = graph.into_nodes_edges();
+    for (i, node) in nodes.into_iter().enumerate().filter(|(i, _)| reached[*i]) {
+        let mut step = node.weight;
+        for source in step.sources_mut() {
+            if let Source::Node(node) = source {
+                *node = moved[node.index()].expect("inputs come first");
+            }
+        }
+        moved[i] = Some(add(&mut kept, step));
+    }
+    for source in outputs.values_mut().flat_map(|family| &mut family.sources) {
+        if let Source::Node(node) = source {
+            *node = moved[node.index()].expect("outputs are reached");
+        }
+    }
+    Plan { graph: kept, outputs }
+}
+
+/// Adds a step and the edges from its inputs.
+fn add(graph: &mut DiGraph<Step, ()>, step: Step) -> NodeIndex {
+    let sources: Vec<Source> = step.sources().collect();
+    let node = graph.add_node(step);
+    for source in sources {
+        if let Source::Node(input) = source {
+            graph.update_edge(input, node, ());
+        }
+    }
+    node
 }
 
 /// The values of an expression, by place: last axis fastest.
@@ -105,7 +133,7 @@ struct Expansion<'a> {
 }
 
 impl Expansion<'_> {
-    fn values(&mut self, expr: &Expr, known: &[Option<Values>]) -> Result<Values, ExpandError> {
+    fn values(&mut self, expr: &Expr, known: &[Option<Values>]) -> Values {
         let axes: Vec<AxisId> = expr.axes.iter().copied().collect();
         let sizes: Vec<usize> =
             axes.iter().map(|axis| self.spec.axis(*axis).coords.len()).collect();
@@ -113,10 +141,10 @@ impl Expansion<'_> {
         for place in places(&axes, &sizes) {
             let base = |id: &ExprId| known[id.0 as usize].as_ref().expect("inputs come first");
             sources.push(match &expr.kind {
-                ExprKind::Number(desc) => {
-                    let lit = self.eval(expr, &place, |place| desc.eval(&self.spec.axes, place))?;
-                    Source::Number(lit.as_f64().expect("checked to be a number"))
-                }
+                ExprKind::Number(desc) => Source::Number(
+                    self.eval(desc, &place).as_f64().expect("checked to be a number"),
+                ),
+                ExprKind::Match { axis, arms } => base(&arms[place[axis]]).at(&place),
                 ExprKind::Pick { base: id, axis, place: coordinate } => {
                     let mut place = place.clone();
                     place.insert(*axis, *coordinate);
@@ -128,33 +156,30 @@ impl Expansion<'_> {
                     place.insert(*axis, coordinate);
                     base(id).at(&place)
                 }
-                ExprKind::Op(op) => Source::Node(self.node(expr, op, &place, known)?),
+                ExprKind::Op(op) => Source::Node(self.node(expr, op, &place, known)),
             });
         }
-        Ok(Values { strides: strides(&sizes), axes, sources })
+        Values { strides: strides(&sizes), axes, sources }
     }
 
-    fn eval(
-        &self,
-        expr: &Expr,
-        place: &Place,
-        eval: impl Fn(&Place) -> Result<Lit, String>,
-    ) -> Result<Lit, ExpandError> {
-        eval(place).map_err(|why| ExpandError { address: self.address(expr, place), why })
+    fn eval(&self, desc: &Desc, place: &Place) -> Lit {
+        desc.eval(&self.spec.axes, place).expect("checked to have a value")
     }
 
     /// The node of one call at one place; an equal one if there is.
-    fn node(
-        &mut self,
-        expr: &Expr,
-        op: &Op,
-        place: &Place,
-        known: &[Option<Values>],
-    ) -> Result<NodeIndex, ExpandError> {
+    fn node(&mut self, expr: &Expr, op: &Op, place: &Place, known: &[Option<Values>]) -> NodeIndex {
         let mut args = Args::new();
+        let mut held = Vec::new();
         for (name, desc) in &op.args {
-            let lit = self.eval(expr, place, |place| desc.eval(&self.spec.axes, place))?;
-            args.insert(name.clone(), self.without_members(&lit));
+            let mut lit = self.eval(desc, place);
+            self.drop_members(&mut lit);
+            each_held(&mut lit, &mut |slot| {
+                let feed = &self.spec.held[*slot];
+                let values = known[feed.expr.0 as usize].as_ref().expect("inputs come first");
+                held.push(self.fed(feed, values, place));
+                *slot = held.len() - 1;
+            });
+            args.insert(name.clone(), lit);
         }
         let mut ports = Vec::new();
         for (name, feeds) in &op.ports {
@@ -166,7 +191,7 @@ impl Expansion<'_> {
         }
         let draw = op.stochastic.then(|| self.draw(place));
         let address = self.address(expr, place);
-        let mut step = Step { address, op: op.name.clone(), args, ports, draw };
+        let mut step = Step { address, op: op.name.clone(), args, held, ports, draw };
         let mut identity = Vec::new();
         let node_bytes = |source: &Source| match source {
             Source::Node(node) => (node.index() as u64).to_le_bytes().to_vec(),
@@ -174,7 +199,7 @@ impl Expansion<'_> {
         };
         key::walk(&step, self.registry, node_bytes, &mut identity);
         if let Some(node) = self.known.get(&identity) {
-            return Ok(*node);
+            return *node;
         }
         // Parts of one expression without names of their own are told apart by number.
         let alike = self.addresses.entry(step.address.clone()).or_default();
@@ -182,15 +207,9 @@ impl Expansion<'_> {
         if *alike > 1 {
             step.address = format!("{}#{alike}", step.address);
         }
-        let sources: Vec<Source> = step.sources().collect();
-        let node = self.plan.graph.add_node(step);
-        for source in sources {
-            if let Source::Node(input) = source {
-                self.plan.graph.update_edge(input, node, ());
-            }
-        }
+        let node = add(&mut self.plan.graph, step);
         self.known.insert(identity, node);
-        Ok(node)
+        node
     }
 
     fn draw(&self, place: &Place) -> Draw {
@@ -206,8 +225,15 @@ impl Expansion<'_> {
     }
 
     fn fed(&self, feed: &Feed, values: &Values, place: &Place) -> Fed {
-        let orders: Vec<Vec<usize>> =
-            feed.gathered.iter().map(|axis| self.order(*axis, feed.labelled)).collect();
+        let orders = feed.gathered.iter().map(|axis| {
+            let mut order = self.order(*axis, feed.labelled);
+            if let Some(groups) = feed.groups.as_ref().filter(|groups| groups.axis == *axis) {
+                let group = &groups.places[place[&groups.by]];
+                order.retain(|place| group.contains(place));
+            }
+            order
+        });
+        let orders: Vec<Vec<usize>> = orders.collect();
         let sizes: Vec<usize> = orders.iter().map(Vec::len).collect();
         let mut place = place.clone();
         let mut sources = Vec::new();
@@ -282,24 +308,29 @@ impl Expansion<'_> {
         format!("{}{coords}{member}", expr.address)
     }
 
-    /// The description without the numbers of members, which no node knows.
-    fn without_members(&self, lit: &Lit) -> Lit {
+    /// Takes the numbers of members away, which no node knows.
+    fn drop_members(&self, lit: &mut Lit) {
         match lit {
-            Lit::List(items) => {
-                Lit::List(items.iter().map(|item| self.without_members(item)).collect())
-            }
+            Lit::List(items) => items.iter_mut().for_each(|item| self.drop_members(item)),
             Lit::Part(part) => {
-                let mut part = part.clone();
                 if let Some(decl) = self.registry.decl(&part.name) {
-                    part.args.retain(|name, _| {
-                        decl.arg(name).is_none_or(|arg| arg.kind != ArgKind::Members)
-                    });
+                    let members = |name: &str| decl.arg(name).map(|arg| &arg.kind);
+                    part.args.retain(|name, _| members(name) != Some(&ArgKind::Members));
                 }
-                part.args.values_mut().for_each(|arg| *arg = self.without_members(arg));
-                Lit::Part(part)
+                part.args.values_mut().for_each(|arg| self.drop_members(arg));
             }
-            other => other.clone(),
+            _ => {}
         }
+    }
+}
+
+/// Shows the slots of what the parts in a description hold to `see`.
+fn each_held(lit: &mut Lit, see: &mut impl FnMut(&mut usize)) {
+    match lit {
+        Lit::Held(Held::Slot(slot)) => see(slot),
+        Lit::List(items) => items.iter_mut().for_each(|item| each_held(item, see)),
+        Lit::Part(part) => part.args.values_mut().for_each(|arg| each_held(arg, see)),
+        _ => {}
     }
 }
 

@@ -6,9 +6,9 @@
 use std::fmt::Write as _;
 
 use ivx_cache::Digest;
-use ivx_op::{Array, Artifact as _, Labels, Lit, Registry};
+use ivx_op::{Array, Artifact as _, Held, Labels, Lit, Registry};
 
-use crate::plan::{Source, Step};
+use crate::plan::{Fed, Source, Step};
 
 /// Rises when the walk changes, so that no old record is taken for a new one.
 const FORMAT: &str = "1";
@@ -72,30 +72,16 @@ pub(crate) fn walk(
     input: impl Fn(&Source) -> Vec<u8>,
     sink: &mut impl Walk,
 ) {
-    let version = |name: &str| registry.decl(name).map_or(0, |decl| decl.version);
-    sink.item("format", FORMAT.as_bytes());
-    sink.item("op", format!("{}@{}", step.op, version(&step.op)).as_bytes());
+    let mut walker = Walker { registry, input, held: &step.held, sink };
+    walker.sink.item("format", FORMAT.as_bytes());
+    let op = format!("{}@{}", step.op, walker.version(&step.op));
+    walker.sink.item("op", op.as_bytes());
     for (name, lit) in &step.args {
-        walk_lit(&format!("arg.{name}"), lit, &version, sink);
+        walker.lit(&format!("arg.{name}"), lit);
     }
     for (name, feds) in &step.ports {
-        sink.item("port", format!("{name} {}", feds.len()).as_bytes());
-        for fed in feds {
-            if fed.labelled {
-                sink.item("name", fed.name.as_bytes());
-            }
-            for dim in &fed.dims {
-                let labels = match &dim.labels {
-                    _ if !fed.labelled => String::new(),
-                    Labels::Numbers(xs) => format!(" {xs:?}"),
-                    Labels::Names(names) => format!(" {names:?}"),
-                };
-                sink.item("axis", format!("{} {}{labels}", dim.name, dim.len()).as_bytes());
-            }
-            for source in &fed.sources {
-                sink.item("input", &input(source));
-            }
-        }
+        walker.sink.item("port", format!("{name} {}", feds.len()).as_bytes());
+        feds.iter().for_each(|fed| walker.fed(fed));
     }
     if let Some(draw) = step.draw {
         sink.item("seed", draw.seed.to_string().as_bytes());
@@ -104,21 +90,57 @@ pub(crate) fn walk(
     }
 }
 
-fn walk_lit(path: &str, lit: &Lit, version: &impl Fn(&str) -> u32, sink: &mut impl Walk) {
-    match lit {
-        Lit::List(items) => {
-            sink.item(path, format!("list of {}", items.len()).as_bytes());
-            for (i, item) in items.iter().enumerate() {
-                walk_lit(&format!("{path}[{i}]"), item, version, sink);
-            }
+struct Walker<'a, I, S> {
+    registry: &'a Registry,
+    input: I,
+    held: &'a [Fed],
+    sink: &'a mut S,
+}
+
+impl<I: Fn(&Source) -> Vec<u8>, S: Walk> Walker<'_, I, S> {
+    fn version(&self, name: &str) -> u32 {
+        self.registry.decl(name).map_or(0, |decl| decl.version)
+    }
+
+    fn fed(&mut self, fed: &Fed) {
+        if fed.labelled {
+            self.sink.item("name", fed.name.as_bytes());
         }
-        Lit::Part(part) => {
-            sink.item(path, format!("{}@{}", part.name, version(&part.name)).as_bytes());
-            for (name, value) in &part.args {
-                walk_lit(&format!("{path}.{name}"), value, version, sink);
-            }
+        for dim in &fed.dims {
+            let labels = match &dim.labels {
+                _ if !fed.labelled => String::new(),
+                Labels::Numbers(xs) => format!(" {xs:?}"),
+                Labels::Names(names) => format!(" {names:?}"),
+            };
+            self.sink.item("axis", format!("{} {}{labels}", dim.name, dim.len()).as_bytes());
         }
-        plain => sink.item(path, plain.to_string().as_bytes()),
+        for source in &fed.sources {
+            self.sink.item("input", &(self.input)(source));
+        }
+    }
+
+    fn lit(&mut self, path: &str, lit: &Lit) {
+        match lit {
+            Lit::List(items) => {
+                self.sink.item(path, format!("list of {}", items.len()).as_bytes());
+                for (i, item) in items.iter().enumerate() {
+                    self.lit(&format!("{path}[{i}]"), item);
+                }
+            }
+            Lit::Part(part) => {
+                let version = self.version(&part.name);
+                self.sink.item(path, format!("{}@{version}", part.name).as_bytes());
+                for (name, value) in &part.args {
+                    self.lit(&format!("{path}.{name}"), value);
+                }
+            }
+            Lit::Held(Held::Slot(slot)) => {
+                self.sink.item(path, b"computed");
+                let held = self.held;
+                self.fed(&held[*slot]);
+            }
+            plain => self.sink.item(path, plain.to_string().as_bytes()),
+        }
     }
 }
 
@@ -127,7 +149,7 @@ mod tests {
     use ivx_op::{Args, Part};
 
     use super::*;
-    use crate::plan::{Draw, Fed};
+    use crate::plan::Draw;
 
     fn step() -> Step {
         let fed = Fed {
@@ -140,6 +162,7 @@ mod tests {
             address: "e/x".into(),
             op: "toy".into(),
             args: Args::from([("ke".into(), Part::new("cvar").with("alpha", 0.1).into())]),
+            held: vec![],
             ports: vec![("x".into(), vec![fed])],
             draw: Some(Draw { seed: 3, member: None }),
         }

@@ -18,7 +18,7 @@ mod schedule;
 
 pub use diff::{Change, diff};
 pub use event::{Event, Listen, Silence};
-pub use expand::{ExpandError, expand};
+pub use expand::expand;
 pub use foresee::{Foreseen, foresee};
 pub use key::{explain, key, number_digest};
 pub use outcome::{Fate, Node, Outcome};

@@ -24,6 +24,8 @@ pub struct Step {
     pub op: String,
     /// Its descriptions, complete, without numbers of members.
     pub args: Args,
+    /// What the parts in its descriptions hold, by slot.
+    pub held: Vec<Fed>,
     /// Its artifacts, in the order of declaration.
     pub ports: Vec<(String, Vec<Fed>)>,
     /// What makes its random numbers, where it draws any.
@@ -71,8 +73,15 @@ pub struct Family {
 }
 
 impl Step {
-    /// The sources of all ports, in order.
+    /// The sources of what is held and of all ports, in order.
     pub fn sources(&self) -> impl Iterator<Item = Source> {
-        self.ports.iter().flat_map(|(_, feds)| feds).flat_map(|fed| fed.sources.iter().copied())
+        let feds = self.held.iter().chain(self.ports.iter().flat_map(|(_, feds)| feds));
+        feds.flat_map(|fed| fed.sources.iter().copied())
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn sources_mut(&mut self) -> impl Iterator<Item = &mut Source> {
+        let feds = self.held.iter_mut().chain(self.ports.iter_mut().flat_map(|(_, feds)| feds));
+        feds.flat_map(|fed| &mut fed.sources)
     }
 }

@@ -59,6 +59,7 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
             address: format!("node {i}"),
             op: "plus".into(),
             args: Args::from([("x".into(), (*x).into())]),
+            held: vec![],
             ports: vec![("of".into(), vec![fed])],
             draw: None,
         };
@@ -160,6 +161,7 @@ fn a_second_result_for_one_key_names_the_operation() {
         address: "a fickle node".into(),
         op: op.into(),
         args: Args::new(),
+        held: vec![],
         ports: Vec::new(),
         draw: None,
     };

@@ -58,10 +58,12 @@ pub enum ItemKind {
         /// What it sets.
         sets: Vec<(Name, Expr)>,
     },
-    /// `axis seed = 0..seeds`.
+    /// `axis seed = 0..seeds` or `axis task(scene, env) = ...`.
     Axis {
         /// Its name.
         name: Name,
+        /// The fields of each coordinate; none where a coordinate has one value.
+        fields: Vec<Name>,
         /// Its coordinates.
         values: AxisExpr,
     },
@@ -119,7 +121,10 @@ pub enum ItemKind {
         path: Spanned<String>,
     },
     /// Text that does not read as an item; it has its own diagnostic.
-    Junk,
+    Junk {
+        /// The names that it seems to declare; `None` if it may be any.
+        names: Option<Vec<Name>>,
+    },
 }
 
 /// A parameter of a `let` function.
@@ -177,6 +182,16 @@ pub enum ExprKind {
     Str(String),
     /// `[a, b]`.
     List(Vec<Expr>),
+    /// `(scene: "Hills", env: hills(0))`; without names `("Hills", hills(0))`, for the fields of an
+    /// axis in their order.
+    Record(Vec<(Option<Name>, Expr)>),
+    /// `match method { "IVE": a, "EVE": b }`.
+    Match {
+        /// The axis: a name, or the field of an experiment.
+        axis: Box<Expr>,
+        /// What stands for the value at each label.
+        arms: Vec<(Spanned<String>, Expr)>,
+    },
     /// `model`.
     Name(String),
     /// `argmax(model, ke: ke)`.

@@ -99,6 +99,8 @@ codes! {
     Shadowing = 309 Error;
     /// A name is defined in terms of itself.
     Recursion = 310 Error;
+    /// A match has no arm for a label of its axis.
+    MissingArm = 311 Error;
 
     /// A value has the wrong type.
     Type = 401 Error;

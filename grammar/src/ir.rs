@@ -3,9 +3,10 @@
 //! A [`Spec`] is an arena of expressions, inputs before users. Each says which axes it varies
 //! over; expanding it to nodes is left to the engine.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{Args, Lit, Part};
+use ivx_op::{Args, Held, Lit, Part};
 
 use crate::ast::BinaryOp;
 
@@ -26,6 +27,8 @@ pub struct Spec {
     pub axes: Vec<Axis>,
     /// The expressions, inputs before users.
     pub exprs: Vec<Expr>,
+    /// What parts hold, by [`Desc::Held`].
+    pub held: Vec<Feed>,
     /// Parameters of files, called `file.param`, by name.
     pub params: Vec<Param>,
     /// The experiments, in the order of inclusion.
@@ -96,6 +99,13 @@ pub enum ExprKind {
         /// Which coordinate.
         place: usize,
     },
+    /// One expression for each coordinate of an axis.
+    Match {
+        /// The axis.
+        axis: AxisId,
+        /// The expressions, in the order of the axis.
+        arms: Vec<ExprId>,
+    },
     /// Some coordinates of an axis, which make an axis of their own.
     Restrict {
         /// Of what.
@@ -129,10 +139,31 @@ pub struct Feed {
     pub expr: ExprId,
     /// The axes gathered, outermost first; the others are those of the operation.
     pub gathered: Vec<AxisId>,
+    /// How the coordinates of one of them are grouped.
+    pub groups: Option<Groups>,
     /// Whether names and labels travel; without, coordinates are in the order of their values.
     pub labelled: bool,
     /// What the spec calls it.
     pub name: String,
+}
+
+impl Feed {
+    /// One value, at the place of the operation.
+    #[must_use]
+    pub fn one(expr: ExprId) -> Self {
+        Self { expr, gathered: Vec::new(), groups: None, labelled: false, name: String::new() }
+    }
+}
+
+/// How the coordinates of an axis fall into groups, each a coordinate of another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Groups {
+    /// The axis that vanishes.
+    pub axis: AxisId,
+    /// The axis of the groups.
+    pub by: AxisId,
+    /// The places along the first, for each coordinate of the second.
+    pub places: Vec<Vec<usize>>,
 }
 
 /// A description that may vary over axes.
@@ -144,9 +175,15 @@ pub enum Desc {
     Axis(AxisId),
     /// A list.
     List(Vec<Desc>),
-    /// A part.
+    /// A part; without a name, a record.
     Part(String, BTreeMap<String, Desc>),
-    /// Arithmetic.
+    /// The field of a record.
+    Field(Box<Desc>, String),
+    /// One description for each coordinate of an axis, in its order.
+    Match(AxisId, Vec<Desc>),
+    /// An artifact that a part holds: its place in [`Spec::held`], and what it varies over.
+    Held(usize, BTreeSet<AxisId>),
+    /// Arithmetic, or a comparison.
     Binary(BinaryOp, Box<Desc>, Box<Desc>),
     /// Whole numbers widened to reals.
     Widen(Box<Desc>),
@@ -227,6 +264,28 @@ impl Spec {
     pub fn expr(&self, id: ExprId) -> &Expr {
         &self.exprs[id.0 as usize]
     }
+
+    /// The expressions that one is computed from.
+    #[must_use]
+    pub fn inputs(&self, expr: &Expr) -> Vec<ExprId> {
+        match &expr.kind {
+            ExprKind::Number(_) => Vec::new(),
+            ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => vec![*base],
+            ExprKind::Match { arms, .. } => arms.clone(),
+            ExprKind::Op(op) => {
+                let mut inputs: Vec<ExprId> =
+                    op.ports.iter().flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr)).collect();
+                for desc in op.args.values() {
+                    desc.visit(&mut |desc| {
+                        if let Desc::Held(slot, _) = desc {
+                            inputs.push(self.held[*slot].expr);
+                        }
+                    });
+                }
+                inputs
+            }
+        }
+    }
 }
 
 impl Desc {
@@ -234,10 +293,10 @@ impl Desc {
     #[must_use]
     pub fn axes(&self) -> BTreeSet<AxisId> {
         let mut axes = BTreeSet::new();
-        self.visit(&mut |desc| {
-            if let Self::Axis(axis) = desc {
-                axes.insert(*axis);
-            }
+        self.visit(&mut |desc| match desc {
+            Self::Axis(axis) | Self::Match(axis, _) => drop(axes.insert(*axis)),
+            Self::Held(_, own) => axes.extend(own),
+            _ => {}
         });
         axes
     }
@@ -246,15 +305,33 @@ impl Desc {
     pub fn visit(&self, see: &mut impl FnMut(&Self)) {
         see(self);
         match self {
-            Self::Lit(_) | Self::Axis(_) => {}
-            Self::List(items) => items.iter().for_each(|item| item.visit(see)),
+            Self::Lit(_) | Self::Axis(_) | Self::Held(..) => {}
+            Self::List(items) | Self::Match(_, items) => {
+                items.iter().for_each(|item| item.visit(see));
+            }
             Self::Part(_, args) => args.values().for_each(|arg| arg.visit(see)),
             Self::Binary(_, left, right) => {
                 left.visit(see);
                 right.visit(see);
             }
-            Self::Widen(inner) => inner.visit(see),
+            Self::Widen(inner) | Self::Field(inner, _) => inner.visit(see),
         }
+    }
+
+    /// Whether a part in it holds something computed.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        let mut holds = false;
+        self.visit(&mut |desc| holds |= matches!(desc, Self::Held(..)));
+        holds
+    }
+
+    /// Whether there is arithmetic in it, which may have no result.
+    #[must_use]
+    pub fn computes(&self) -> bool {
+        let mut computes = false;
+        self.visit(&mut |desc| computes |= matches!(desc, Self::Binary(..)));
+        computes
     }
 
     /// How many values it holds.
@@ -265,22 +342,29 @@ impl Desc {
         size
     }
 
-    /// The same with another description in the place of an axis.
+    /// The same, with what `change` makes of each description that holds no others, and of each
+    /// match.
     #[must_use]
-    pub fn replace(&self, axis: AxisId, with: &Self) -> Self {
+    pub fn change(&self, change: &mut impl FnMut(&Self) -> Option<Self>) -> Self {
+        if let Some(changed) = change(self) {
+            return changed;
+        }
         match self {
-            Self::Axis(own) if *own == axis => with.clone(),
-            Self::Lit(_) | Self::Axis(_) => self.clone(),
-            Self::List(items) => Self::List(items.iter().map(|i| i.replace(axis, with)).collect()),
+            Self::Lit(_) | Self::Axis(_) | Self::Held(..) => self.clone(),
+            Self::List(items) => Self::List(items.iter().map(|i| i.change(change)).collect()),
+            Self::Match(axis, arms) => {
+                Self::Match(*axis, arms.iter().map(|arm| arm.change(change)).collect())
+            }
             Self::Part(name, args) => {
-                let args = args.iter().map(|(arg, value)| (arg.clone(), value.replace(axis, with)));
+                let args = args.iter().map(|(arg, value)| (arg.clone(), value.change(change)));
                 Self::Part(name.clone(), args.collect())
             }
+            Self::Field(record, name) => Self::Field(Box::new(record.change(change)), name.clone()),
             Self::Binary(op, left, right) => {
-                let (left, right) = (left.replace(axis, with), right.replace(axis, with));
+                let (left, right) = (left.change(change), right.change(change));
                 Self::Binary(*op, Box::new(left), Box::new(right))
             }
-            Self::Widen(inner) => Self::Widen(Box::new(inner.replace(axis, with))),
+            Self::Widen(inner) => Self::Widen(Box::new(inner.change(change))),
         }
     }
 
@@ -288,6 +372,8 @@ impl Desc {
     ///
     /// # Errors
     /// If arithmetic has no result: division by zero or overflow.
+    ///
+    /// What a part holds becomes its slot in [`Spec::held`].
     ///
     /// # Panics
     /// If the place lacks an axis, or types were not checked.
@@ -298,12 +384,21 @@ impl Desc {
             Self::List(items) => Lit::List(
                 items.iter().map(|item| item.eval(axes, place)).collect::<Result<_, _>>()?,
             ),
+            Self::Field(record, name) => {
+                let record = record.eval(axes, place)?;
+                record.field(name).expect("checked to have the field").clone()
+            }
+            Self::Match(axis, arms) => arms[place[axis]].eval(axes, place)?,
+            Self::Held(slot, _) => Lit::Held(Held::Slot(*slot)),
             Self::Part(name, args) => {
                 let args = args.iter().map(|(arg, v)| Ok((arg.clone(), v.eval(axes, place)?)));
                 Lit::Part(Part {
                     name: name.clone(),
                     args: args.collect::<Result<Args, String>>()?,
                 })
+            }
+            Self::Binary(op, left, right) if op.compares() => {
+                Lit::Bool(compare(*op, &left.eval(axes, place)?, &right.eval(axes, place)?))
             }
             Self::Binary(op, left, right) => {
                 arithmetic(*op, &left.eval(axes, place)?, &right.eval(axes, place)?)?
@@ -328,6 +423,23 @@ pub fn widen(lit: Lit) -> Lit {
         Lit::Int(_) => lit.as_f64().map_or(lit, Lit::Real),
         Lit::List(items) => Lit::List(items.into_iter().map(widen).collect()),
         other => other,
+    }
+}
+
+/// Numbers by size, everything else by being the same or not.
+fn compare(op: BinaryOp, left: &Lit, right: &Lit) -> bool {
+    let order = match (left, right, left.as_f64(), right.as_f64()) {
+        (Lit::Int(a), Lit::Int(b), ..) => Some(a.cmp(b)),
+        (_, _, Some(a), Some(b)) => a.partial_cmp(&b),
+        _ => (left == right).then_some(Ordering::Equal),
+    };
+    match op {
+        BinaryOp::Less => order == Some(Ordering::Less),
+        BinaryOp::AtMost => matches!(order, Some(Ordering::Less | Ordering::Equal)),
+        BinaryOp::Greater => order == Some(Ordering::Greater),
+        BinaryOp::AtLeast => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
+        BinaryOp::Equal => order == Some(Ordering::Equal),
+        _ => order != Some(Ordering::Equal),
     }
 }
 
@@ -370,7 +482,8 @@ mod tests {
         let desc = Desc::Widen(Box::new(Desc::List(vec![sum])));
         let place = Place::from([(AxisId(0), 1)]);
         assert_eq!(desc.eval(&axes, &place), Ok(Lit::List(vec![Lit::Real(7.0)])));
-        let picked = desc.replace(AxisId(0), &Desc::Lit(Lit::Int(2)));
+        let picked = desc
+            .change(&mut |desc| matches!(desc, Desc::Axis(_)).then_some(Desc::Lit(Lit::Int(2))));
         assert!(picked.axes().is_empty());
         assert_eq!(picked.eval(&axes, &Place::new()), Ok(Lit::List(vec![Lit::Real(6.0)])));
     }

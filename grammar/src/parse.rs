@@ -6,7 +6,7 @@ pub(crate) mod scan;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use crate::ast::{Ast, Item, ItemKind};
+use crate::ast::{Ast, Item, ItemKind, Name};
 use crate::{Code, Diagnostic, Span, Spanned};
 use build::{Build, Built};
 use fault::Fault;
@@ -27,7 +27,7 @@ const MOST_FAULTS: usize = 100;
 
 /// The syntax tree of one file, and what is wrong with its text in order of place.
 ///
-/// An item that does not parse is [`ItemKind::Junk`], or keeps its name with
+/// An item that does not parse is [`ItemKind::Junk`] with the names that can be seen, or keeps its name with
 /// [`ExprKind::Junk`](crate::ast::ExprKind::Junk) for a value if it reads as far as that. Brackets
 /// nested more deeply than 256 give an empty tree. No expression is deeper than 1000.
 ///
@@ -304,7 +304,26 @@ impl Reader<'_> {
     }
 
     fn junk_item(&self, start: usize) -> Item {
-        Item { docs: String::new(), kind: ItemKind::Junk, span: self.span(start, self.pos) }
+        let kind = ItemKind::Junk { names: self.declared(start) };
+        Item { docs: String::new(), kind, span: self.span(start, self.pos) }
+    }
+
+    /// The names that the item at `start` seems to declare, though it does not parse; `None` if it
+    /// may be any.
+    fn declared(&self, start: usize) -> Option<Vec<Name>> {
+        let end = scan::token_end(self.text, start);
+        let declares = match &self.text[start..end] {
+            "use" => return None,
+            "axis" | "let" | "measure" | "param" => true,
+            // It may be one of these misspelt.
+            word => scan::is_word(word) && !scan::ITEM_WORDS.contains(&word),
+        };
+        let start = scan::gap(self.text, end).next;
+        let end = scan::token_end(self.text, start);
+        let name = &self.text[start..end];
+        let declares = declares && scan::is_word(name) && !scan::is_reserved(name);
+        let name = Name { value: name.to_owned(), span: self.span(start, end) };
+        Some(Vec::from_iter(declares.then_some(name)))
     }
 
     /// Reports that the block has no `}`, where the text ends or the next experiment begins.

@@ -10,7 +10,7 @@ use crate::{OK, Trouble, WRONG};
 
 pub(crate) fn check(args: &Check, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let plan = expand(&ready.spec, &ready.registry)?;
+    let plan = expand(&ready.spec, &ready.registry);
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let experiments = count(ready.spec.experiments.len(), "experiment");
     let found = if ready.n_warnings == 0 {

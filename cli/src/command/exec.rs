@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::ready;
 use super::summary;
 use crate::progress::Progress;
+use crate::replace::replace;
 use crate::{At as _, FAILED, OK, Trouble, WRONG, args, project};
 
 pub(crate) fn exec(
@@ -25,7 +26,7 @@ pub(crate) fn exec(
 ) -> Result<u8, Trouble> {
     let started = Instant::now();
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let plan = expand(&ready.spec, &ready.registry)?;
+    let plan = expand(&ready.spec, &ready.registry);
     let jobs =
         args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
@@ -78,16 +79,14 @@ fn write_results(folder: &Path, report: &Report) -> Result<(), Trouble> {
     write_file(&results, &report.results.to_ron())
 }
 
-/// Writes a file whole or not at all, and leaves one alone that says the same.
+/// Writes a file that does not say the same already.
 fn write_file(path: &Path, text: &str) -> Result<(), Trouble> {
     if fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes()) {
         return Ok(());
     }
     let folder = path.parent().expect("results lie in a folder");
     fs::create_dir_all(folder).at(folder)?;
-    let temporary = path.with_added_extension(format!("{}.tmp", std::process::id()));
-    fs::write(&temporary, text).at(&temporary)?;
-    fs::rename(&temporary, path).at(path)
+    replace(path, text)
 }
 
 /// What varies from run to run.

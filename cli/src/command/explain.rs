@@ -66,6 +66,7 @@ pages! {
     UnknownParameter "IVX0308"
     Shadowing "IVX0309"
     Recursion "IVX0310"
+    MissingArm "IVX0311"
     Type "IVX0401"
     Range "IVX0402"
     NotLiteral "IVX0403"

@@ -7,6 +7,7 @@ use ivx_grammar::format;
 
 use super::tell;
 use crate::args::Fmt;
+use crate::replace::replace;
 use crate::{At as _, FAILED, OK, Trouble, WRONG};
 
 pub(crate) fn fmt(args: &Fmt, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
@@ -20,7 +21,7 @@ pub(crate) fn fmt(args: &Fmt, out: &mut dyn Write, err: &mut dyn Write) -> Resul
                 if args.check {
                     code = code.max(FAILED);
                 } else {
-                    fs::write(path, formatted).at(path)?;
+                    replace(path, &formatted)?;
                 }
                 writeln!(out, "{shown}")?;
             }

@@ -16,7 +16,7 @@ pub(crate) fn plan(
     err: &mut dyn Write,
 ) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let plan = expand(&ready.spec, &ready.registry)?;
+    let plan = expand(&ready.spec, &ready.registry);
     let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     let foreseen = foresee(&plan, &ready.registry, &cache);
     if args.dot {

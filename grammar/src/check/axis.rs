@@ -2,38 +2,61 @@
 
 use std::collections::BTreeSet;
 
-use ivx_op::{Lit, Ty};
+use ivx_op::{Lit, Part, Role, Ty};
 
 use super::Checker;
-use super::value::{Fit, Val, coerce, fit, join};
-use crate::ast::{AxisExpr, Expr, Name};
-use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc};
-use crate::{Code, Diagnostic, Span, Spanned};
+use super::scope::name_of;
+use super::value::{Val, convert, is_record, join, record};
+use crate::ast::{AxisExpr, Expr, ExprKind, Name};
+use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, Groups};
+use crate::{Code, Diagnostic, Span, Spanned, suggest};
 
 /// The name of the axis whose value reaches every stochastic operation.
 pub(super) const SEED: &str = "seed";
 /// The name of the axis that the members of an ensemble make.
 pub(super) const MEMBER: &str = "member";
 
+/// The label of seeds of which it is not known which there are.
+pub(super) const ANY: &str = "any";
+/// The family of what lists the coordinates of axes.
+pub(super) const ROWS: &str = "Rows";
+
 impl<'a> Checker<'a> {
     /// The axis that an item declares; `None` if it is faulty.
     pub(super) fn axis(
         &mut self,
         scope: usize,
-        name: &'a Name,
+        (name, fields): (&'a Name, &'a [Name]),
         values: &'a AxisExpr,
     ) -> Option<AxisId> {
         let declared = (scope, name.value.clone());
         if let Some(known) = self.axes.get(&declared) {
             return *known;
         }
-        let coords = self.coords(scope, name, values);
+        let coords = self.coords(scope, (name, fields), values);
         let id = coords.map(|coords| {
             let role = if name.value == SEED { AxisRole::Seed } else { AxisRole::Plain };
             self.push_axis(Axis { name: name.value.clone(), role, coords })
         });
         self.axes.insert(declared, id);
         id
+    }
+
+    /// Seeds where it is not known which there are.
+    pub(super) fn any_seed(&mut self) -> AxisId {
+        let coord = Coord { label: ANY.to_owned(), value: Lit::Int(0) };
+        self.push_axis(Axis { name: SEED.to_owned(), role: AxisRole::Seed, coords: vec![coord] })
+    }
+
+    /// Whether there is no such axis only because of a fault that was reported.
+    pub(super) fn lost_axis(&self, name: &str) -> bool {
+        let Some(scope) = self.experiment else { return false };
+        match self.scopes.find(scope, name) {
+            Some((declared, item)) => name_of(item).is_some_and(|own| {
+                matches!(self.axes.get(&(declared, own.value.clone())), Some(None))
+            }),
+            None => self.scopes.lost(scope, name),
+        }
     }
 
     fn push_axis(&mut self, axis: Axis) -> AxisId {
@@ -64,24 +87,42 @@ impl<'a> Checker<'a> {
         id
     }
 
-    fn coords(&mut self, scope: usize, name: &'a Name, values: &'a AxisExpr) -> Option<Vec<Coord>> {
+    fn coords(
+        &mut self,
+        scope: usize,
+        (name, fields): (&'a Name, &'a [Name]),
+        values: &'a AxisExpr,
+    ) -> Option<Vec<Coord>> {
         let coords = match values {
-            AxisExpr::Range(low, high) => self.range(scope, low, high)?,
-            AxisExpr::Labelled(entries, _) => self.labelled(scope, entries)?,
+            AxisExpr::Range(low, high) => {
+                let coords = self.range(scope, low, high)?;
+                self.fieldless((name, fields), low.span.to(high.span))?;
+                coords
+            }
+            AxisExpr::Labelled(entries, _) => self.labelled(scope, fields, entries)?,
             AxisExpr::List(list) => {
                 let Val::Desc(Desc::Lit(lit), ty) = self.known_before(scope, list) else {
                     return None;
                 };
-                let Lit::List(items) = lit else {
-                    let message = format!("axis `{}` needs a list, found {ty}", name.value);
-                    let fault = Diagnostic::new(Code::Axis, list.span, message, "not a list");
-                    self.fault(fault.help("write `[a, b]`, `a..b` or `{ \"label\": value, ... }`"));
-                    return None;
-                };
-                let label = |lit: &Lit| {
-                    if let Lit::Text(text) = lit { text.clone() } else { lit.to_string() }
-                };
-                items.into_iter().map(|value| Coord { label: label(&value), value }).collect()
+                match lit {
+                    Lit::List(items) => {
+                        self.fieldless((name, fields), list.span)?;
+                        items
+                            .into_iter()
+                            .map(|value| Coord { label: label(&value), value })
+                            .collect()
+                    }
+                    Lit::Part(part) if ty == Ty::Part(ROWS.to_owned()) => {
+                        self.rows(&part, fields, list.span)?
+                    }
+                    _ => {
+                        let message = format!("axis `{}` needs a list, found {ty}", name.value);
+                        let fault = Diagnostic::new(Code::Axis, list.span, message, "not a list");
+                        let help = "write `[a, b]`, `a..b` or `{ \"label\": value, ... }`";
+                        self.fault(fault.help(help));
+                        return None;
+                    }
+                }
             }
         };
         let mut labels = BTreeSet::new();
@@ -131,15 +172,33 @@ impl<'a> Checker<'a> {
         Some((low_n..high_n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect())
     }
 
+    /// Whether an axis without labels has no fields; reports it if it does.
+    fn fieldless(&mut self, (name, fields): (&Name, &[Name]), span: Span) -> Option<()> {
+        let [first, ..] = fields else { return Some(()) };
+        let message = format!("axis `{}` has fields, but its coordinates have none", name.value);
+        let fault = Diagnostic::new(Code::Axis, span, message, "no records");
+        let fault = fault.also(first.span, "the fields");
+        self.fault(fault.help("write `{ \"label\": (value, value), ... }`"));
+        None
+    }
+
     fn labelled(
         &mut self,
         scope: usize,
+        fields: &'a [Name],
         entries: &'a [(Spanned<String>, Expr)],
     ) -> Option<Vec<Coord>> {
-        let values: Vec<_> =
-            entries.iter().map(|(_, expr)| (self.known_before(scope, expr), expr.span)).collect();
-        let typed = values.iter().map(|(value, span)| match value {
-            Val::Desc(Desc::Lit(lit), ty) => Some((lit.clone(), ty.clone(), *span)),
+        let values = entries.iter().map(|(_, expr)| {
+            let value = if fields.is_empty() {
+                self.known_before(scope, expr)
+            } else {
+                self.row(scope, fields, expr)
+            };
+            (value, expr.span)
+        });
+        let values: Vec<_> = values.collect();
+        let typed = values.into_iter().map(|(value, span)| match value {
+            Val::Desc(Desc::Lit(lit), ty) => Some((lit, ty, span)),
             _ => None,
         });
         let typed: Vec<(Lit, Ty, Span)> = typed.collect::<Option<_>>()?;
@@ -158,20 +217,122 @@ impl<'a> Checker<'a> {
             };
             joined = both;
         }
-        let coords = entries.iter().zip(typed).map(|((label, _), (value, ty, _))| {
-            let fits = fit(&joined, &ty);
-            let Desc::Lit(value) =
-                coerce(Desc::Lit(value), if fits == Fit::No { Fit::Same } else { fits })
-            else {
-                unreachable!("coercing a literal gives a literal")
-            };
-            Coord { label: label.value.clone(), value }
+        let coords = entries.iter().zip(typed).map(|((label, _), (value, ..))| Coord {
+            label: label.value.clone(),
+            value: convert(value, &joined),
         });
         Some(coords.collect())
+    }
+
+    /// The record of one coordinate: `("Hills", hills(0))` or `(scene: "Hills", env: hills(0))`.
+    fn row(&mut self, scope: usize, fields: &'a [Name], expr: &'a Expr) -> Val {
+        let names: Vec<&str> = fields.iter().map(|field| field.value.as_str()).collect();
+        let (found, span) = match &expr.kind {
+            ExprKind::Record(items) if items.iter().all(|(name, _)| name.is_none()) => {
+                let values = items.iter().map(|(_, item)| self.known_before(scope, item));
+                let values: Vec<Val> = values.collect();
+                if values.iter().any(|value| matches!(value, Val::Poison)) {
+                    return Val::Poison;
+                }
+                if values.len() == names.len() {
+                    return record(names.iter().map(ToString::to_string).zip(values));
+                }
+                (format!("{} values", values.len()), expr.span)
+            }
+            _ => match self.known_before(scope, expr) {
+                Val::Desc(desc, Ty::Record(own))
+                    if own.len() == names.len()
+                        && names.iter().all(|name| own.contains_key(*name)) =>
+                {
+                    return Val::Desc(desc, Ty::Record(own));
+                }
+                Val::Poison => return Val::Poison,
+                value if names.len() == 1 && !is_record(&value) => {
+                    return record([(names[0].to_owned(), value)].into_iter());
+                }
+                value => (self.describe(&value), expr.span),
+            },
+        };
+        let message = format!("a coordinate of this axis is ({}), found {found}", names.join(", "));
+        self.fault(Diagnostic::new(Code::Axis, span, message, "not these fields"))
+    }
+
+    /// The coordinates that the library lists, with the names that the axis gives to their fields.
+    fn rows(&mut self, part: &Part, fields: &[Name], span: Span) -> Option<Vec<Coord>> {
+        let decl = self.registry.decl(&part.name)?;
+        let Role::Rows(own) = &decl.role else { return None };
+        if !fields.is_empty() && fields.len() != own.len() {
+            let listed: Vec<&str> = own.iter().map(|(name, _)| *name).collect();
+            let message = format!("`{}` lists ({})", part.name, listed.join(", "));
+            let label = format!("{} fields", own.len());
+            let fault = Diagnostic::new(Code::Axis, span, message, label);
+            self.fault(fault.also(fields[0].span, format!("{} here", fields.len())));
+            return None;
+        }
+        let name = |i: usize| fields.get(i).map_or(own[i].0, |field| field.value.as_str());
+        let rows = self.registry.list(part)?;
+        let rows = match rows {
+            Ok(rows) => rows,
+            Err(error) => {
+                let message = format!("`{}` {error}", part.name);
+                self.fault(Diagnostic::new(Code::Axis, span, message, "cannot be listed"));
+                return None;
+            }
+        };
+        let coords = rows.into_iter().map(|(label, values)| {
+            let values = values.iter().map(|value| self.registry.complete_lit(value));
+            let args = values.enumerate().map(|(i, value)| (name(i).to_owned(), value));
+            Coord { label, value: Lit::Part(Part { name: String::new(), args: args.collect() }) }
+        });
+        Some(coords.collect())
+    }
+
+    /// The axis whose coordinates are the groups that the values of a field make of another.
+    pub(super) fn grouped(&mut self, axis: AxisId, field: &str, span: Span) -> Option<Groups> {
+        if let Some(known) = self.groups.get(&(axis, field.to_owned())) {
+            return Some(known.clone());
+        }
+        let own = self.spec.axis(axis);
+        let values: Option<Vec<Lit>> =
+            own.coords.iter().map(|coord| coord.value.field(field).cloned()).collect();
+        let Some(values) = values else {
+            let fields = match &own.coords[0].value {
+                Lit::Part(part) if part.name.is_empty() => part.args.keys().cloned().collect(),
+                _ => Vec::new(),
+            };
+            let message = format!("axis `{}` has no field `{field}`", own.name);
+            let fault = Diagnostic::new(Code::UnknownName, span, message, "no such field");
+            self.fault(fault.maybe_help(suggest(field, fields.iter().map(String::as_str))));
+            return None;
+        };
+        if values.iter().any(|value| matches!(value, Lit::List(_) | Lit::Part(_))) {
+            let message = format!("`{}.{field}` is neither text nor a number", own.name);
+            self.fault(Diagnostic::new(Code::Kind, span, message, "cannot name groups"));
+            return None;
+        }
+        let mut coords: Vec<Coord> = Vec::new();
+        let mut places: Vec<Vec<usize>> = Vec::new();
+        for (place, value) in values.into_iter().enumerate() {
+            if let Some(group) = coords.iter().position(|coord| coord.value == value) {
+                places[group].push(place);
+            } else {
+                coords.push(Coord { label: label(&value), value });
+                places.push(vec![place]);
+            }
+        }
+        let by = self.push_axis(Axis { name: field.to_owned(), role: AxisRole::Plain, coords });
+        let groups = Groups { axis, by, places };
+        self.groups.insert((axis, field.to_owned()), groups.clone());
+        Some(groups)
     }
 
     /// What stands for an axis in expressions: its value at each coordinate.
     pub(super) fn axis_value(&self, id: AxisId) -> Val {
         Val::Desc(Desc::Axis(id), self.type_of(&self.spec.axis(id).coords[0].value))
     }
+}
+
+/// What a coordinate is called that has no label of its own.
+fn label(value: &Lit) -> String {
+    if let Lit::Text(text) = value { text.clone() } else { value.to_string() }
 }

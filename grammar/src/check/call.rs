@@ -1,22 +1,18 @@
 //! Calls: functions of the spec, parts and operations.
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
 
 use ivx_op::{ArgDecl, ArgKind, Decl, Lit, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
-use crate::ast::{self, ItemKind, LetParam, Name};
-use crate::ir::{Desc, Place};
+use crate::ast::{self, ItemKind, Name};
+use crate::ir::Desc;
 use crate::{Code, Diagnostic, Span, suggest};
 
 /// Arguments as written: a name where one is given, and the expression.
 pub(super) type Written<'a> = [(Option<Name>, ast::Expr)];
-
-/// Most coordinates at which the range of one argument is checked.
-const MAX_CHECKED: usize = 100_000;
 
 impl<'a> Checker<'a> {
     /// What a call amounts to.
@@ -45,6 +41,7 @@ impl<'a> Checker<'a> {
         };
         match &decl.role {
             Role::Part(family) => self.part(at, decl, family, &matched, span),
+            Role::Rows(_) => self.part(at, decl, super::axis::ROWS, &matched, span),
             Role::Op(out) => self.op(at, decl, out, &matched, span),
         }
     }
@@ -70,89 +67,8 @@ impl<'a> Checker<'a> {
         self.fault(fault.maybe_help(help))
     }
 
-    fn function(
-        &mut self,
-        at: &At,
-        (scope, name): (usize, &'a Name),
-        params: &'a [LetParam],
-        body: &'a ast::Expr,
-        args: &'a Written<'a>,
-        span: Span,
-    ) -> Val {
-        let id = (scope, name.value.clone());
-        if self.active.contains(&id) {
-            let message = format!("`{}` is defined in terms of itself", name.value);
-            let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
-            return self.fault(fault.also(name.span, "defined here"));
-        }
-        let names: Vec<&str> = params.iter().map(|param| param.name.value.as_str()).collect();
-        let Some(mut given) = self.place_args(&name.value, &names, args) else {
-            return Val::Poison;
-        };
-        let mut locals = BTreeMap::new();
-        for (param, given) in params.iter().zip(&mut given) {
-            let (value, value_span) = match (given.take(), &param.default) {
-                (Some(expr), _) => (self.expr(at, expr), expr.span),
-                (None, Some(default)) => {
-                    (self.expr(&At::new(scope, at.address.clone()), default), default.span)
-                }
-                (None, None) => {
-                    let message = format!(
-                        "`{}` needs `{}: {}`",
-                        name.value, param.name.value, param.ty.name.value
-                    );
-                    let fault = Diagnostic::new(Code::MissingArgument, span, message, "left out");
-                    return self.fault(fault.also(param.name.span, "declared here"));
-                }
-            };
-            let value = self.argument_of(param, value, value_span);
-            if matches!(value, Val::Poison) {
-                return value;
-            }
-            locals.insert(param.name.value.clone(), value);
-        }
-        self.active.push(id);
-        let inner = At { scope, locals: Rc::new(locals), address: at.inside(&name.value).address };
-        let value = self.expr(&inner, body);
-        self.active.pop();
-        value
-    }
-
-    /// A value as the parameter of a function asks for it: a description by its type, something
-    /// computed by the kind of artifact.
-    fn argument_of(&mut self, param: &'a LetParam, value: Val, span: Span) -> Val {
-        let wanted = &param.ty.name.value;
-        if let Val::Artifact(id) = value {
-            let found = &self.spec.expr(id).artifact;
-            if found == wanted || (wanted == "Scalar" && found == "Array") {
-                return value;
-            }
-            let message =
-                format!("`{}` is {wanted}, found {}", param.name.value, self.describe(&value));
-            return self.fault(Diagnostic::new(
-                Code::Type,
-                span,
-                message,
-                format!("expected {wanted}"),
-            ));
-        }
-        let Val::Desc(desc, found) = value else {
-            return Val::Poison;
-        };
-        let Some(ty) = self.ty(&param.ty) else {
-            return Val::Poison;
-        };
-        match fit(&ty, &found) {
-            Fit::No => {
-                let message = format!("`{}` is {ty}, found {found}", param.name.value);
-                self.fault(Diagnostic::new(Code::Type, span, message, format!("expected {ty}")))
-            }
-            fits => Val::Desc(coerce(desc, fits), ty),
-        }
-    }
-
     /// The expression given for each of `names`: positional ones first, then by name.
-    fn place_args(
+    pub(super) fn place_args(
         &mut self,
         owner: &str,
         names: &[&str],
@@ -230,7 +146,11 @@ impl<'a> Checker<'a> {
         let mut descs = BTreeMap::new();
         let mut sound = true;
         for (arg, given) in args {
-            match self.literal_arg(at, decl, arg, *given) {
+            let desc = match (&arg.kind, given) {
+                (ArgKind::Port(_), Some(expr)) => self.held(at, decl, arg, expr),
+                _ => self.literal_arg(at, decl, arg, *given),
+            };
+            match desc {
                 Some(desc) => {
                     descs.insert(arg.name.to_owned(), desc);
                 }
@@ -284,6 +204,9 @@ impl<'a> Checker<'a> {
                     return None;
                 }
                 let desc = coerce(desc, fits);
+                if !self.evaluates(&desc, expr.span) {
+                    return None;
+                }
                 let ranged =
                     if arg.kind == ArgKind::Members { Some((1.0..).into()) } else { arg.range };
                 match ranged {
@@ -303,6 +226,7 @@ impl<'a> Checker<'a> {
             Ty::Str => return Some("write text in quotes, such as `\"text\"`".to_owned()),
             Ty::List(item) => return Some(format!("write a list of {item}, such as `[a, b]`")),
             Ty::Part(family) => family,
+            Ty::Record(_) => return None,
         };
         let parts = self
             .registry
@@ -321,48 +245,13 @@ impl<'a> Checker<'a> {
         desc: &Desc,
         expr: &ast::Expr,
     ) -> bool {
-        let axes = desc.axes();
-        if self.extent(&axes) > MAX_CHECKED {
-            self.outgrown(format!("`{}.{}` has too many values", decl.name, arg.name), expr.span);
-            return false;
-        }
-        let mut places = vec![Place::new()];
-        for axis in &axes {
-            let n = self.spec.axis(*axis).coords.len();
-            let extend = |place: &Place| {
-                (0..n)
-                    .map(|i| {
-                        let mut p = place.clone();
-                        p.insert(*axis, i);
-                        p
-                    })
-                    .collect::<Vec<_>>()
-            };
-            places = places.iter().flat_map(extend).collect();
-        }
+        let Some(places) = self.places(&desc.axes(), expr.span) else { return false };
         for place in places {
-            let lit = match desc.eval(&self.spec.axes, &place) {
-                Ok(lit) => lit,
-                Err(why) => {
-                    self.fault(Diagnostic::new(Code::Number, expr.span, why, "has no value"));
-                    return false;
-                }
-            };
+            let lit = desc.eval(&self.spec.axes, &place).expect("was seen to have a value");
             let Some(bad) = outside(range, &lit) else {
                 continue;
             };
-            let at_place: Vec<_> = place
-                .iter()
-                .map(|(axis, i)| {
-                    let axis = self.spec.axis(*axis);
-                    format!("{} = {}", axis.name, axis.coords[*i].label)
-                })
-                .collect();
-            let place = if at_place.is_empty() {
-                String::new()
-            } else {
-                format!(" at {}", at_place.join(", "))
-            };
+            let place = self.whereabouts(&place);
             let unit = arg.in_unit();
             let message =
                 format!("`{}.{}` must be {range}{unit}, found {bad}{place}", decl.name, arg.name);

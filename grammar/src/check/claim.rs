@@ -130,7 +130,7 @@ impl<'a> Checker<'a> {
     fn everything(&self, id: ExprId) -> Feed {
         let mut gathered: Vec<_> = self.spec.expr(id).axes.iter().copied().collect();
         gathered.sort_by_key(|axis| self.spec.axis(*axis).name.clone());
-        Feed { expr: id, gathered, labelled: true, name: String::new() }
+        Feed { gathered, labelled: true, ..Feed::one(id) }
     }
 }
 

@@ -29,18 +29,15 @@ impl Checker<'_> {
     fn draws_upstream(&self, expr: &Expr) -> Drawn {
         match &expr.kind {
             ExprKind::Number(_) => Drawn::default(),
-            ExprKind::Op(op) => {
+            ExprKind::Op(_) | ExprKind::Match { .. } => {
                 let has_seed = expr.axes.iter().any(|axis| self.is_seed(*axis));
-                let mut drawn = Drawn {
-                    varies: op.stochastic && has_seed,
-                    reduced: usize::from(op.stochastic && !has_seed),
-                };
-                for feed in op.ports.iter().flat_map(|(_, feeds)| feeds) {
-                    let input = self.drawn[feed.expr.0 as usize];
+                let draws = matches!(&expr.kind, ExprKind::Op(op) if op.stochastic);
+                let mut drawn =
+                    Drawn { varies: draws && has_seed, reduced: usize::from(draws && !has_seed) };
+                for id in self.spec.inputs(expr) {
+                    let input = self.drawn[id.0 as usize];
                     drawn.reduced = drawn.reduced.max(input.reduced);
-                    let Some(seed) = self.seed_of(feed.expr).filter(|_| input.varies) else {
-                        continue;
-                    };
+                    let Some(seed) = self.seed_of(id).filter(|_| input.varies) else { continue };
                     if expr.axes.contains(&seed) {
                         drawn.varies = true;
                     } else {

@@ -25,10 +25,34 @@ impl<'a> Checker<'a> {
         self.experiment = None;
     }
 
+    /// Checks what the spec's file declares and no experiment uses, as if it were used where a
+    /// `seed` is declared. Nothing of it is kept.
+    pub(super) fn unused_declarations(&mut self) {
+        self.memo.clear();
+        let (n_exprs, n_nodes) = (self.spec.exprs.len(), self.n_nodes);
+        self.seed = Some(self.any_seed());
+        for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
+            for item in self.scopes.all[scope].items {
+                if let (0, ItemKind::Let { name, params: None, .. } | ItemKind::Axis { name, .. }) =
+                    (scope, &item.kind)
+                    && !self.used.contains(&(scope, name.value.clone()))
+                {
+                    self.name(&At::new(scope, name.value.clone()), &name.value, name.span);
+                }
+            }
+            self.uncalled(scope);
+        }
+        self.seed = None;
+        self.memo.clear();
+        self.spec.exprs.truncate(n_exprs);
+        self.spans.truncate(n_exprs);
+        self.n_nodes = n_nodes;
+    }
+
     fn seed_axis(&mut self, scope: usize) -> Option<crate::ir::AxisId> {
         let (declared, item) = self.scopes.find(scope, super::axis::SEED)?;
         match &item.kind {
-            ItemKind::Axis { name, values } => self.axis(declared, name, values),
+            ItemKind::Axis { name, fields, values } => self.axis(declared, (name, fields), values),
             _ => None,
         }
     }

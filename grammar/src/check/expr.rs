@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use ivx_op::{Array, Artifact, Lit, Ty};
 
-use super::value::{Fit, Val, coerce, fit, fold, join, nothing};
-use super::{Checker, MAX_NODES};
+use super::Checker;
+use super::value::{Fit, Val, coerce, fit, join, nothing};
 use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, ir, suggest};
@@ -77,17 +77,9 @@ impl<'a> Checker<'a> {
             }
             ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
             ExprKind::Select { base, at: selected } => self.select(at, base, selected),
-            ExprKind::Field { base, name } => {
-                if let Some(errors) = self.published_errors(at, base, name) {
-                    return errors;
-                }
-                let value = self.expr(at, base);
-                if matches!(value, Val::Poison) {
-                    return value;
-                }
-                let message = format!("{} has no field `{}`", self.describe(&value), name.value);
-                self.fault(Diagnostic::new(Code::UnknownName, name.span, message, "not a record"))
-            }
+            ExprKind::Record(fields) => self.record(at, fields, expr.span),
+            ExprKind::Field { base, name } => self.field(at, base, name),
+            ExprKind::Match { axis, arms } => self.matching(at, axis, arms, expr.span),
             ExprKind::Negate(inner) => self.negate(at, inner),
             ExprKind::Binary { .. } => self.binary(at, expr),
             ExprKind::Junk => Val::Poison,
@@ -140,9 +132,14 @@ impl<'a> Checker<'a> {
         let inner = At::new(scope, format!("{}/{declared}", self.owner(scope)));
         let value = match &item.kind {
             ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
-            ItemKind::Axis { name, values } => {
-                self.axis(scope, name, values).map_or(Val::Poison, |id| self.axis_value(id))
+            ItemKind::Axis { name, .. }
+                if name.value == super::axis::SEED && self.seed.is_some() =>
+            {
+                self.axis_value(self.seed.expect("there is one"))
             }
+            ItemKind::Axis { name, fields, values } => self
+                .axis(scope, (name, fields), values)
+                .map_or(Val::Poison, |id| self.axis_value(id)),
             ItemKind::Let { params: None, value, .. } | ItemKind::Measure { value, .. } => {
                 self.expr(&inner, value)
             }
@@ -151,6 +148,11 @@ impl<'a> Checker<'a> {
                 let message = format!("`{name}` is a function");
                 let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");
                 self.fault(fault.help(format!("write `{name}(...)`")))
+            }
+            ItemKind::Experiment { .. } => {
+                let message = format!("`{name}` is an experiment");
+                let fault = Diagnostic::new(Code::Kind, span, message, "not a value");
+                self.fault(fault.help(format!("write `{name}.` and a name that it declares")))
             }
             _ => unreachable!("only these items have names"),
         };
@@ -174,8 +176,11 @@ impl<'a> Checker<'a> {
         for item in items {
             match self.expr(at, item) {
                 Val::Desc(desc, found) => {
-                    let joined =
-                        if ty == nothing() { Some(found.clone()) } else { join(&ty, &found) };
+                    let joined = match &ty {
+                        ty if *ty == nothing() => Some(found.clone()),
+                        Ty::Record(_) => (ty == found).then(|| found.clone()),
+                        ty => join(ty, &found),
+                    };
                     let Some(joined) = joined else {
                         let message = format!(
                             "the items of a list are of one type: {ty} before, {found} here"
@@ -209,15 +214,6 @@ impl<'a> Checker<'a> {
         });
         let desc = Desc::List(descs.collect());
         self.bounded(desc, Ty::List(Box::new(ty)), span)
-    }
-
-    /// A description, unless lists of lists made it too large.
-    pub(super) fn bounded(&mut self, desc: Desc, ty: Ty, span: Span) -> Val {
-        if desc.size() > MAX_NODES {
-            self.outgrown(format!("this description has more than {MAX_NODES} values"), span);
-            return Val::Poison;
-        }
-        Val::Desc(fold(desc), ty)
     }
 
     fn negate(&mut self, at: &At, inner: &'a ast::Expr) -> Val {
@@ -256,15 +252,19 @@ impl<'a> Checker<'a> {
 
     fn combine(&mut self, at: &At, op: BinaryOp, left: (Val, Span), right: (Val, Span)) -> Val {
         let ((a, a_span), (b, b_span)) = (left, right);
-        if let (Val::Desc(a, a_ty), Val::Desc(b, b_ty)) = (&a, &b)
-            && is_number(a_ty)
-            && is_number(b_ty)
-        {
-            if op.compares() {
-                let message = "both sides are known before anything runs";
-                let span = a_span.to(b_span);
-                let fault = Diagnostic::new(Code::Kind, span, message, "compares numbers");
-                return self.fault(fault.help("compare what is computed, or write a claim"));
+        if let (Val::Desc(a, a_ty), Val::Desc(b, b_ty)) = (&a, &b) {
+            let (numbers, span) = (is_number(a_ty) && is_number(b_ty), a_span.to(b_span));
+            let alike = matches!(op, BinaryOp::Equal | BinaryOp::Unequal)
+                && (fit(a_ty, b_ty) != Fit::No || fit(b_ty, a_ty) != Fit::No)
+                && !a.holds()
+                && !b.holds();
+            if op.compares() && (numbers || alike) {
+                return self.arithmetic(op, a.clone(), b.clone(), Ty::Bool, span);
+            }
+            if !numbers {
+                let symbol = op.symbol();
+                let message = format!("`{symbol}` is not defined for {a_ty} and {b_ty}");
+                return self.fault(Diagnostic::new(Code::Type, span, message, "do not combine"));
             }
             let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op != BinaryOp::Div;
             let ty = if whole { Ty::Int } else { Ty::Float };
@@ -307,6 +307,12 @@ impl<'a> Checker<'a> {
         match value {
             Val::Poison => None,
             Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => Some(id),
+            Val::Desc(desc, ty)
+                if is_number(&ty)
+                    && !(self.distinct(&desc.axes(), span) && self.evaluates(&desc, span)) =>
+            {
+                None
+            }
             Val::Desc(desc, ty) if is_number(&ty) => Some(self.push(
                 Expr {
                     address: at.address.clone(),
@@ -348,9 +354,8 @@ impl<'a> Checker<'a> {
         if !self.distinct(&axes, span) || !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }
-        let feed =
-            |id| Feed { expr: id, gathered: Vec::new(), labelled: false, name: String::new() };
-        let ports = ports.into_iter().map(|(port, id)| (port.to_owned(), vec![feed(id)])).collect();
+        let ports =
+            ports.into_iter().map(|(port, id)| (port.to_owned(), vec![Feed::one(id)])).collect();
         let op = ir::Op { name: name.to_owned(), args, ports, stochastic: false };
         Val::Artifact(self.push(
             Expr {
@@ -396,7 +401,9 @@ impl<'a> Checker<'a> {
 
     /// Adds an expression to the program.
     pub(super) fn push(&mut self, expr: Expr, span: Span) -> ExprId {
-        self.n_nodes = self.n_nodes.saturating_add(self.extent(&expr.axes));
+        if matches!(expr.kind, ir::ExprKind::Op(_)) {
+            self.n_nodes = self.n_nodes.saturating_add(self.extent(&expr.axes));
+        }
         if self.n_nodes > self.max_nodes {
             let sizes = expr.axes.iter().map(|axis| {
                 let axis = self.spec.axis(*axis);

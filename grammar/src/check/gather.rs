@@ -7,7 +7,6 @@ use super::call::Written;
 use super::expr::At;
 use super::op::{Fed, Named};
 use super::value::Val;
-use crate::ast::ExprKind;
 use crate::ir::{AxisId, AxisRole, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, suggest};
 
@@ -31,6 +30,10 @@ impl<'a> Checker<'a> {
             if known.iter().any(|known| known == name) {
                 continue;
             }
+            sound = false;
+            if self.lost_axis(name) {
+                continue;
+            }
             let message = format!("`{}` has nothing that varies over `{name}`", decl.name);
             let fault =
                 Diagnostic::new(Code::UnknownAxis, *span, message, "no axis or dimension of it");
@@ -40,7 +43,6 @@ impl<'a> Checker<'a> {
                 suggest(name, known.iter().map(String::as_str))
             };
             self.fault(fault.maybe_help(help));
-            sound = false;
         }
         sound
     }
@@ -134,7 +136,7 @@ impl<'a> Checker<'a> {
             );
             return self.fault(fault.help("write `collect(x, over: axis)`"));
         };
-        let ExprKind::Name(name) = &axis.kind else {
+        let Some((name, _)) = self.axis_name(at, axis) else {
             let message = "`collect.over` takes the name of an axis";
             return self.fault(Diagnostic::new(
                 Code::UnknownAxis,
@@ -160,8 +162,11 @@ impl<'a> Checker<'a> {
         };
         let mut expr = self.spec.expr(id).clone();
         let Some(axis_id) =
-            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == *name)
+            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == name)
         else {
+            if self.lost_axis(name) {
+                return Val::Poison;
+            }
             let known = self.names(&expr.axes);
             let message = format!("this does not vary over `{name}`");
             let fault = Diagnostic::new(Code::UnknownAxis, axis.span, message, "no such axis");

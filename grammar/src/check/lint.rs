@@ -8,7 +8,7 @@ use super::Checker;
 use super::axis::SEED;
 use super::scope::name_of;
 use crate::ast::ItemKind;
-use crate::ir::{Desc, ExprId, ExprKind, Op};
+use crate::ir::{Desc, Expr, ExprId, ExprKind, Op};
 use crate::{Code, Diagnostic, Span};
 
 /// The argument that tells the streams of one sampling operation apart.
@@ -48,8 +48,16 @@ impl Checker<'_> {
                 ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => {
                     samples.clone_from(&fed_by[base.0 as usize]);
                 }
+                // At each coordinate there is one arm: what they draw does not meet.
+                ExprKind::Match { arms, .. } => {
+                    for arm in arms {
+                        for (stream, sample) in &fed_by[arm.0 as usize] {
+                            samples.entry(stream.clone()).or_insert(*sample);
+                        }
+                    }
+                }
                 ExprKind::Op(op) => {
-                    for feed in self.consumed(op) {
+                    for feed in self.consumed(expr, op) {
                         for (stream, sample) in &fed_by[feed.0 as usize] {
                             let first = *samples.entry(stream.clone()).or_insert(*sample);
                             if first != *sample
@@ -79,14 +87,18 @@ impl Checker<'_> {
     }
 
     /// What an operation computes with; figures and tables only show.
-    fn consumed<'s>(&'s self, op: &'s Op) -> impl Iterator<Item = ExprId> + 's {
+    fn consumed(&self, expr: &Expr, op: &Op) -> Vec<ExprId> {
         let decl = self.registry.decl(&op.name);
-        let shows = move |name: &str| {
+        let shows = |name: &str| {
             let port = decl.and_then(|decl| decl.arg(name)).map(|arg| &arg.kind);
             matches!(port, Some(ArgKind::Port(port)) if port.gather == Gather::Everything)
         };
-        let ports = op.ports.iter().filter(move |(name, _)| !shows(name));
-        ports.flat_map(|(_, feeds)| feeds.iter().map(|feed| feed.expr))
+        let shown = op.ports.iter().filter(|(name, _)| shows(name));
+        let shown: Vec<ExprId> =
+            shown.flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr)).collect();
+        let mut inputs = self.spec.inputs(expr);
+        inputs.retain(|input| !shown.contains(input));
+        inputs
     }
 }
 

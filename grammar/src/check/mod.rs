@@ -7,8 +7,11 @@ mod axis;
 mod call;
 mod claim;
 mod drawn;
+mod evaluate;
 mod experiment;
 mod expr;
+mod family;
+mod function;
 mod gather;
 mod lint;
 mod member;
@@ -16,6 +19,7 @@ mod op;
 mod param;
 mod profile;
 mod published;
+mod record;
 mod scope;
 mod select;
 mod value;
@@ -25,7 +29,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use ivx_op::{Lit, Registry};
 
 use crate::ast::Ast;
-use crate::ir::{AxisId, Spec};
+use crate::ir::{AxisId, Groups, Spec};
 use crate::{Code, Diagnostic, Severity};
 
 use scope::Scopes;
@@ -39,7 +43,7 @@ pub struct Project {
 }
 
 /// One file, parsed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct File {
     /// The path as shown to people.
     pub path: String,
@@ -92,6 +96,7 @@ pub fn check(
         axes: BTreeMap::new(),
         members: BTreeMap::new(),
         restricted: BTreeMap::new(),
+        groups: BTreeMap::new(),
         memo: BTreeMap::new(),
         active: Vec::new(),
         seed: None,
@@ -112,6 +117,7 @@ pub fn check(
     checker.published_files();
     checker.params();
     checker.experiments();
+    checker.unused_declarations();
     if runs(&checker.diagnostics) {
         checker.unused();
         checker.shared_streams();
@@ -149,6 +155,8 @@ struct Checker<'a> {
     members: BTreeMap<i64, AxisId>,
     /// Restricted axes by the axis and the places kept.
     restricted: BTreeMap<(AxisId, Vec<usize>), AxisId>,
+    /// Groups of coordinates by the axis and its field.
+    groups: BTreeMap<(AxisId, String), Groups>,
     /// Values of names in the experiment at hand.
     memo: BTreeMap<(usize, String), Val>,
     /// Names being evaluated.

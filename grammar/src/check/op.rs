@@ -37,9 +37,15 @@ impl<'a> Checker<'a> {
         let mut descs = BTreeMap::new();
         let mut fed: Vec<Fed<'_>> = Vec::new();
         let mut named: Vec<(&ArgDecl, Vec<Named<'a>>)> = Vec::new();
+        let mut groups = None;
         let mut sound = true;
         for (arg, given) in args {
             match (&arg.kind, given) {
+                (ArgKind::Groups, None) => {}
+                (ArgKind::Groups, Some(expr)) => match self.group_name(&inner, decl, arg, expr) {
+                    Some(found) => groups = Some(found),
+                    None => sound = false,
+                },
                 (ArgKind::Port(port), Some(expr)) => match self.fed(&inner, decl, arg, *port, expr)
                 {
                     Some(exprs) => fed.push(Fed { port: *port, name: arg.name, exprs }),
@@ -48,7 +54,7 @@ impl<'a> Checker<'a> {
                 (ArgKind::Port(port), None) => {
                     fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() });
                 }
-                (ArgKind::Axes, given) => match self.axis_names(decl, arg, *given) {
+                (ArgKind::Axes, given) => match self.axis_names(&inner, decl, arg, *given) {
                     Some(names) => named.push((*arg, names)),
                     None => sound = false,
                 },
@@ -84,9 +90,27 @@ impl<'a> Checker<'a> {
                 axes.extend(own.iter().filter(|axis| !gathered.contains(axis)));
                 let labelled = feed.port.gather == Gather::Everything;
                 let name = if labelled { name.clone() } else { String::new() };
-                feeds.push(Feed { expr: *id, gathered, labelled, name });
+                let mut feed = Feed { gathered, labelled, name, ..Feed::one(*id) };
+                if let Some((axis, field, span)) = groups
+                    && let Some(axis) = self.named_axis(&feed.gathered, axis)
+                {
+                    let Some(found) = self.grouped(axis, field, span) else { return Val::Poison };
+                    axes.insert(found.by);
+                    everything.insert(found.by);
+                    feed.groups = Some(found);
+                }
+                feeds.push(feed);
             }
             ports.push((feed.name.to_owned(), feeds));
+        }
+        let grouped = |feed: &Feed| feed.groups.is_some();
+        if let Some((axis, _, span)) = groups
+            && !ports.iter().any(|(_, feeds): &(String, Vec<Feed>)| feeds.iter().any(grouped))
+        {
+            let message = format!("`{}` does not gather anything over `{axis}`", decl.name);
+            let fault = Diagnostic::new(Code::UnknownAxis, span, message, "groups nothing");
+            return self
+                .fault(fault.help(format!("only what vanishes is grouped: `over: {axis}`")));
         }
         let stochastic = decl.stochastic || descs.values().any(|desc| self.draws(desc));
         if let (true, Some(seed)) = (stochastic, self.seed) {
@@ -140,30 +164,38 @@ impl<'a> Checker<'a> {
         let mut sound = true;
         for item in items {
             let value = self.expr(at, item);
-            let number = port.artifact == Array::KIND
-                && matches!(&value, Val::Desc(_, ty) if super::expr::is_number(ty));
-            let id = match value {
-                Val::Poison => None,
-                Val::Artifact(id) if self.spec.expr(id).artifact == port.artifact => Some(id),
-                value if number => self.array(at, value, item.span),
-                other => {
-                    let message = format!(
-                        "`{}.{}` takes {port}, found {}",
-                        decl.name,
-                        arg.name,
-                        self.describe(&other)
-                    );
-                    let fault =
-                        Diagnostic::new(Code::Type, item.span, message, format!("expected {port}"));
-                    let help = self.made_by(port.artifact);
-                    self.fault(fault.maybe_help(help));
-                    None
-                }
-            };
+            let id = self.accepted(at, decl, arg, port, value, item.span);
             sound &= id.is_some();
             fed.extend(id.map(|id| (id, item.span, self.measure(at, item))));
         }
         sound.then_some(fed)
+    }
+
+    /// The expression that a port takes.
+    pub(super) fn accepted(
+        &mut self,
+        at: &At,
+        decl: &Decl,
+        arg: &ArgDecl,
+        port: Port,
+        value: Val,
+        span: Span,
+    ) -> Option<ExprId> {
+        let number = port.artifact == Array::KIND
+            && matches!(&value, Val::Desc(_, ty) if super::expr::is_number(ty));
+        match value {
+            Val::Poison => None,
+            Val::Artifact(id) if self.spec.expr(id).artifact == port.artifact => Some(id),
+            value if number => self.array(at, value, span),
+            other => {
+                let found = self.describe(&other);
+                let message = format!("`{}.{}` takes {port}, found {found}", decl.name, arg.name);
+                let fault = Diagnostic::new(Code::Type, span, message, format!("expected {port}"));
+                let help = self.made_by(port.artifact);
+                self.fault(fault.maybe_help(help));
+                None
+            }
+        }
     }
 
     /// The operations that result in a kind of artifact, as advice.
@@ -182,23 +214,44 @@ impl<'a> Checker<'a> {
 
     /// The name under which a value travels to figures and tables: that of the measure, or of the
     /// published numbers, that it is or is a part of. Other names are bindings, which no key may depend on.
-    fn measure(&self, at: &At, expr: &ast::Expr) -> String {
+    fn measure(&mut self, at: &At, expr: &ast::Expr) -> String {
         match &expr.kind {
             ExprKind::Select { base, .. } => self.measure(at, base),
-            ExprKind::Name(name) if !at.locals.contains_key(name) => {
-                match self.scopes.find(at.scope, name).map(|(_, item)| &item.kind) {
-                    Some(ItemKind::Measure { name, .. } | ItemKind::Published { name, .. }) => {
-                        name.value.clone()
-                    }
-                    _ => String::new(),
+            _ => match self.item_of(at, expr).map(|(_, item)| &item.kind) {
+                Some(ItemKind::Measure { name, .. } | ItemKind::Published { name, .. }) => {
+                    name.value.clone()
                 }
-            }
-            _ => String::new(),
+                _ => String::new(),
+            },
         }
+    }
+
+    /// The field that groups, as `task.scene`: the axis, the field and where.
+    fn group_name(
+        &mut self,
+        at: &At,
+        decl: &Decl,
+        arg: &ArgDecl,
+        expr: &'a ast::Expr,
+    ) -> Option<(&'a str, &'a str, Span)> {
+        let field = match &expr.kind {
+            ExprKind::List(items) if items.len() == 1 => &items[0].kind,
+            kind => kind,
+        };
+        if let ExprKind::Field { base, name } = field
+            && let Some((axis, _)) = self.axis_name(at, base)
+        {
+            return Some((axis, &name.value, expr.span));
+        }
+        let message = format!("`{}.{}` takes the field of an axis", decl.name, arg.name);
+        let fault = Diagnostic::new(Code::UnknownAxis, expr.span, message, "not a field");
+        self.fault(fault.help("write `by: axis.field`"));
+        None
     }
 
     fn axis_names(
         &mut self,
+        at: &At,
         decl: &Decl,
         arg: &ArgDecl,
         given: Option<&'a ast::Expr>,
@@ -213,15 +266,29 @@ impl<'a> Checker<'a> {
         };
         let mut names = Vec::new();
         for item in items {
-            let ExprKind::Name(name) = &item.kind else {
+            let Some(name) = self.axis_name(at, item) else {
                 let message =
                     format!("`{}.{}` takes the name of an axis or dimension", decl.name, arg.name);
                 self.fault(Diagnostic::new(Code::UnknownAxis, item.span, message, "not a name"));
                 return None;
             };
-            names.push((name.as_str(), item.span));
+            names.push(name);
         }
         Some(names)
+    }
+
+    /// The name that an axis was declared by, or that of a dimension, and where it is used.
+    pub(super) fn axis_name(&mut self, at: &At, expr: &'a ast::Expr) -> Option<Named<'a>> {
+        match (self.item_of(at, expr).map(|(_, item)| &item.kind), &expr.kind) {
+            (Some(ItemKind::Axis { name, .. }), _) => Some((&name.value, expr.span)),
+            (_, ExprKind::Name(name)) => Some((name, expr.span)),
+            _ => None,
+        }
+    }
+
+    /// The axis of this name among some.
+    pub(super) fn named_axis(&self, axes: &[AxisId], name: &str) -> Option<AxisId> {
+        axes.iter().copied().find(|axis| self.spec.axis(*axis).name == name)
     }
 
     fn dims(&self, dims: Dims, fed: &[Fed<'_>], taken: &[&str]) -> Vec<String> {

@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{Expr, ItemKind, Name, TyExpr};
-use crate::ir::{Desc, Param, Place};
+use crate::ir::{Desc, Param};
 use crate::{Code, Diagnostic, Span, suggest};
 
 impl<'a> Checker<'a> {
@@ -46,6 +46,7 @@ impl<'a> Checker<'a> {
             let matching: Vec<_> = matching.map(|(address, _)| address.as_str()).collect();
             match matching[..] {
                 [_] => {}
+                [] if self.lost_parameter(set) => {}
                 [] => {
                     let all = known.iter().flat_map(|(address, name)| [address.as_str(), *name]);
                     self.unplaced(format!("no parameter is called `{set}`"), suggest(set, all));
@@ -84,7 +85,7 @@ impl<'a> Checker<'a> {
         let here = &self.scopes.all[scope].names;
         let params = here.iter().filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
         let mut params = params.map(|(param, _)| *param);
-        if params.clone().any(|param| param == name.value) {
+        if params.clone().any(|param| param == name.value) || self.scopes.lost(scope, &name.value) {
             return;
         }
         let help = suggest(&name.value, params.by_ref());
@@ -93,6 +94,12 @@ impl<'a> Checker<'a> {
         let fault =
             Diagnostic::new(Code::UnknownParameter, name.span, message, "not declared here");
         self.fault(fault.maybe_help(help));
+    }
+
+    /// Whether a name or an address is of no parameter only because of a fault that was reported.
+    fn lost_parameter(&self, set: &str) -> bool {
+        let name = set.rsplit_once('.').map_or(set, |(_, name)| name);
+        (0..self.scopes.all.len()).any(|scope| self.scopes.lost(scope, name))
     }
 
     pub(super) fn unplaced(&mut self, message: String, help: Option<String>) {
@@ -159,7 +166,7 @@ impl<'a> Checker<'a> {
     /// The value of an expression that mentions no axis and computes nothing.
     pub(super) fn known_before(&mut self, scope: usize, expr: &'a Expr) -> Val {
         match self.expr(&At::new(scope, String::new()), expr) {
-            Val::Desc(desc, ty) if desc.axes().is_empty() => {
+            Val::Desc(desc, ty) if desc.axes().is_empty() && !desc.holds() => {
                 self.evaluate(&desc, expr.span).map_or(Val::Poison, |lit| Val::lit(lit, ty))
             }
             Val::Poison => Val::Poison,
@@ -172,22 +179,11 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The value of a description that does not vary.
-    pub(super) fn evaluate(&mut self, desc: &Desc, span: Span) -> Option<Lit> {
-        match desc.eval(&self.spec.axes, &Place::new()) {
-            Ok(lit) => Some(lit),
-            Err(why) => {
-                self.fault(Diagnostic::new(Code::Number, span, why, "has no value"));
-                None
-            }
-        }
-    }
-
     /// The type that was written.
     pub(super) fn ty(&mut self, written: &TyExpr) -> Option<Ty> {
         let families = self.registry.decls().filter_map(|decl| match decl.role {
             ivx_op::Role::Part(family) => Some(family),
-            ivx_op::Role::Op(_) => None,
+            ivx_op::Role::Op(_) | ivx_op::Role::Rows(_) => None,
         });
         let families: Vec<&str> = families.collect();
         match (written.name.value.as_str(), &written.args[..]) {
@@ -223,8 +219,13 @@ impl<'a> Checker<'a> {
             Lit::List(items) => {
                 Ty::List(Box::new(items.first().map_or_else(nothing, |i| self.type_of(i))))
             }
+            Lit::Part(part) if part.name.is_empty() => Ty::Record(
+                part.args.iter().map(|(name, lit)| (name.clone(), self.type_of(lit))).collect(),
+            ),
+            Lit::Held(_) => nothing(),
             Lit::Part(part) => match self.registry.decl(&part.name).map(|decl| &decl.role) {
                 Some(ivx_op::Role::Part(family)) => Ty::Part((*family).to_owned()),
+                Some(ivx_op::Role::Rows(_)) => Ty::Part(super::axis::ROWS.to_owned()),
                 _ => nothing(),
             },
         }

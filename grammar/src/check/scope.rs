@@ -3,14 +3,19 @@
 use std::collections::BTreeMap;
 
 use super::Project;
-use crate::ast::{Item, ItemKind, Name};
+use crate::ast::{Item, ItemKind, LetParam, Name};
 use crate::{Code, Diagnostic, suggest};
+
+/// Names of other files: the file's scope, the name there, and where it was taken.
+type Imports<'a> = BTreeMap<&'a str, (usize, &'a str, Option<crate::Span>)>;
 
 /// The scopes of a project: first one a file, then one an experiment.
 pub(super) struct Scopes<'a> {
     pub(super) all: Vec<Scope<'a>>,
     /// The scopes of the experiments to run, in the order of inclusion.
     pub(super) experiments: Vec<usize>,
+    /// The scopes of all experiments, by the file and the name.
+    inner: BTreeMap<(usize, &'a str), usize>,
 }
 
 /// The names of a file or an experiment.
@@ -27,15 +32,15 @@ pub(super) struct Scope<'a> {
     pub(super) items: &'a [Item],
     /// Names of other files: the file's scope and the name there.
     pub(super) imports: BTreeMap<&'a str, (usize, &'a str)>,
-    /// Names that a faulty `use` should have brought; `None` if there may be any. Their fault
-    /// was reported.
+    /// Names that a faulty item should have declared or brought; `None` if there may be any. The
+    /// fault was reported.
     lost: Vec<Option<&'a str>>,
 }
 
 impl<'a> Scopes<'a> {
     /// The scopes of a project. Names declared twice are reported.
     pub(super) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
-        let mut scopes = Self { all: Vec::new(), experiments: Vec::new() };
+        let mut scopes = Self { all: Vec::new(), experiments: Vec::new(), inner: BTreeMap::new() };
         for file in &project.files {
             scopes.all.push(Scope::new(
                 file.stem.clone(),
@@ -48,9 +53,28 @@ impl<'a> Scopes<'a> {
         for file in 0..project.files.len() {
             scopes.import(project, file, diagnostics);
         }
+        for file in 0..project.files.len() {
+            scopes.inside(project, file, diagnostics);
+        }
         let mut seen = vec![false; project.files.len()];
         scopes.include(project, 0, &mut seen, diagnostics);
+        for scope in 0..scopes.all.len() {
+            scopes.parameters(scope, diagnostics);
+        }
         scopes
+    }
+
+    /// The scope of an experiment that is declared in a file.
+    pub(super) fn experiment(&self, file: usize, item: &Item) -> Option<usize> {
+        let ItemKind::Experiment { name, .. } = &item.kind else { return None };
+        self.inner.get(&(file, name.value.as_str())).copied()
+    }
+
+    /// What a new name inside of `scope` would hide. Experiments may be hidden: what one declares
+    /// is often called as it is.
+    fn hidden(&self, scope: usize, name: &str) -> Option<&'a Item> {
+        let (_, outer) = self.find(scope, name)?;
+        Some(outer).filter(|outer| !matches!(outer.kind, ItemKind::Experiment { .. }))
     }
 
     /// Where a name seen from `scope` is declared.
@@ -81,11 +105,16 @@ impl<'a> Scopes<'a> {
     }
 
     fn import(&mut self, project: &'a Project, file: usize, diagnostics: &mut Vec<Diagnostic>) {
-        let mut imports: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+        let mut imports: Imports<'_> = BTreeMap::new();
         let mut lost = Vec::new();
         for item in &project.files[file].ast.items {
-            let ItemKind::Use { path, names } = &item.kind else {
-                continue;
+            let (path, names) = match &item.kind {
+                ItemKind::Use { path, names } => (path, names),
+                ItemKind::Include { path } => {
+                    self.included(project, file, &path.value, &mut imports);
+                    continue;
+                }
+                _ => continue,
             };
             let Some(&from) = project.files[file].links.get(&path.value) else {
                 match names {
@@ -98,14 +127,19 @@ impl<'a> Scopes<'a> {
             };
             let theirs = &self.all[from].names;
             let all: Vec<(&str, &str, _)> = match names {
-                None => theirs.keys().map(|name| (*name, *name, path.span)).collect(),
+                None => {
+                    lost.extend(&self.all[from].lost);
+                    theirs.keys().map(|name| (*name, *name, path.span)).collect()
+                }
                 Some(names) => names
                     .iter()
                     .map(|(n, new)| (n.value.as_str(), new.value.as_str(), n.span))
                     .collect(),
             };
             for (original, new, span) in all {
-                if !theirs.contains_key(original) {
+                if !theirs.contains_key(original) && self.lost(from, original) {
+                    lost.push(Some(new));
+                } else if !theirs.contains_key(original) {
                     let message = format!("`{}` declares no `{original}`", path.value);
                     let fault =
                         Diagnostic::new(Code::UnknownName, span, message, "not declared there");
@@ -113,13 +147,63 @@ impl<'a> Scopes<'a> {
                     lost.push(Some(new));
                 } else if let Some(own) = self.all[file].names.get(new) {
                     diagnostics.push(twice(new, span, own.span));
-                } else {
-                    imports.insert(new, (from, original));
+                } else if let Some((_, _, first)) = imports
+                    .insert(new, (from, original, Some(span)))
+                    .filter(|(other, name, first)| {
+                        first.is_some() && (*other, *name) != (from, original)
+                    })
+                {
+                    diagnostics.push(twice(new, span, first.unwrap_or(span)));
                 }
             }
         }
-        self.all[file].imports = imports;
-        self.all[file].lost = lost;
+        let imports = imports.into_iter().map(|(new, (from, original, _))| (new, (from, original)));
+        self.all[file].imports = imports.collect();
+        self.all[file].lost.extend(lost);
+    }
+
+    /// Brings the names of the experiments that a file includes.
+    fn included(&self, project: &'a Project, file: usize, path: &str, imports: &mut Imports<'a>) {
+        let Some(&from) = project.files[file].links.get(path) else { return };
+        for (name, item) in &self.all[from].names {
+            let experiment = matches!(item.kind, ItemKind::Experiment { .. });
+            if experiment && !self.all[file].names.contains_key(name) {
+                imports.entry(name).or_insert((from, name, None));
+            }
+        }
+    }
+
+    /// The scopes of the experiments in a file. Names that hide others are reported.
+    fn inside(&mut self, project: &'a Project, file: usize, diagnostics: &mut Vec<Diagnostic>) {
+        for item in &project.files[file].ast.items {
+            let ItemKind::Experiment { name, items } = &item.kind else { continue };
+            if self.inner.contains_key(&(file, name.value.as_str())) {
+                continue; // declared twice, which was reported
+            }
+            let scope = Scope::new(name.value.clone(), Some(item), Some(file), items, diagnostics);
+            for (name, item) in &scope.names {
+                if let Some(outer) = self.hidden(file, name) {
+                    let span = name_of(item).map_or(item.span, |name| name.span);
+                    diagnostics.push(twice(name, span, outer.span));
+                }
+            }
+            self.inner.insert((file, &name.value), self.all.len());
+            self.all.push(scope);
+        }
+    }
+
+    /// Reports parameters of functions that hide other names.
+    fn parameters(&self, scope: usize, diagnostics: &mut Vec<Diagnostic>) {
+        for item in self.all[scope].items {
+            let ItemKind::Let { params: Some(params), .. } = &item.kind else { continue };
+            let mut seen: BTreeMap<&str, crate::Span> = BTreeMap::new();
+            for LetParam { name, .. } in params {
+                let outer = self.hidden(scope, &name.value).map(|outer| outer.span);
+                if let Some(first) = seen.insert(&name.value, name.span).or(outer) {
+                    diagnostics.push(twice(&name.value, name.span, first));
+                }
+            }
+        }
     }
 
     fn include(
@@ -139,26 +223,16 @@ impl<'a> Scopes<'a> {
                         self.include(project, next, seen, diagnostics);
                     }
                 }
-                ItemKind::Experiment { name, items } => {
+                ItemKind::Experiment { name, .. } => {
                     let mut others = self.experiments.iter().map(|&other| &self.all[other]);
                     if let Some(other) = others.find(|other| other.name == name.value) {
                         let first = other.item.map_or(name.span, |item| item.span);
                         diagnostics.push(twice(&name.value, name.span, first));
                         continue;
                     }
-                    let name = name.value.clone();
-                    let scope = Scope::new(name, Some(item), Some(file), items, diagnostics);
-                    for (name, item) in &scope.names {
-                        if let Some((_, outer)) = self.find(file, name) {
-                            diagnostics.push(twice(
-                                name,
-                                name_of(item).map_or(item.span, |n| n.span),
-                                outer.span,
-                            ));
-                        }
+                    if let Some(&scope) = self.inner.get(&(file, name.value.as_str())) {
+                        self.experiments.push(scope);
                     }
-                    self.experiments.push(self.all.len());
-                    self.all.push(scope);
                 }
                 _ => {}
             }
@@ -183,7 +257,17 @@ impl<'a> Scope<'a> {
                 names.insert(&name.value, item);
             }
         }
-        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost: Vec::new() }
+        let mut lost = Vec::new();
+        for item in items {
+            match &item.kind {
+                ItemKind::Junk { names: None } => lost.push(None),
+                ItemKind::Junk { names: Some(names) } => {
+                    lost.extend(names.iter().map(|name| Some(name.value.as_str())));
+                }
+                _ => {}
+            }
+        }
+        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost }
     }
 }
 
@@ -194,7 +278,8 @@ pub(super) fn name_of(item: &Item) -> Option<&Name> {
         | ItemKind::Axis { name, .. }
         | ItemKind::Let { name, .. }
         | ItemKind::Measure { name, .. }
-        | ItemKind::Published { name, .. } => Some(name),
+        | ItemKind::Published { name, .. }
+        | ItemKind::Experiment { name, .. } => Some(name),
         _ => None,
     }
 }

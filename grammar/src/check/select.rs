@@ -6,9 +6,9 @@ use ivx_op::{Array, Artifact, Lit, Ty};
 
 use super::Checker;
 use super::expr::At;
-use super::value::Val;
-use crate::ast::{self, Name};
-use crate::ir::{AxisId, Desc, Expr, ExprId, ExprKind};
+use super::value::{Val, fold};
+use crate::ast::{self, ItemKind, Name};
+use crate::ir::{AxisId, Desc, Expr, ExprId, ExprKind, Feed};
 use crate::{Code, Diagnostic, Span, suggest};
 
 impl<'a> Checker<'a> {
@@ -37,11 +37,21 @@ impl<'a> Checker<'a> {
         let Val::Desc(Desc::Lit(label_lit), _) = self.known_before_at(at, label) else {
             return Val::Poison;
         };
-        if let Some(axis) = axes.iter().find(|axis| self.spec.axis(**axis).name == name.value) {
+        // An import may have given the axis another name.
+        let declared = match self.scopes.find(at.scope, &name.value).map(|(_, item)| &item.kind) {
+            Some(ItemKind::Axis { name, .. }) if !at.locals.contains_key(&name.value) => {
+                &name.value
+            }
+            _ => &name.value,
+        };
+        if let Some(axis) = axes.iter().find(|axis| self.spec.axis(**axis).name == *declared) {
             return self.select_axis(value, *axis, &label_lit, label.span);
         }
-        if let (Val::Artifact(id), true) = (&value, dims.contains(&name.value)) {
-            return self.select_dim(at, *id, &name.value, &label_lit, label.span);
+        if let (Val::Artifact(id), true) = (&value, dims.contains(declared)) {
+            return self.select_dim(at, *id, declared, &label_lit, label.span);
+        }
+        if self.lost_axis(&name.value) {
+            return Val::Poison;
         }
         let known: Vec<String> = self.names(&axes).into_iter().chain(dims).collect();
         let message = format!("this does not vary over `{}`", name.value);
@@ -65,6 +75,7 @@ impl<'a> Checker<'a> {
         for label in labels {
             let coords = &self.spec.axis(axis).coords;
             let found = coords.iter().position(|coord| match label {
+                _ if coord.label == super::axis::ANY => true,
                 Lit::Text(text) => coord.label == *text,
                 number => {
                     coord.value == *number
@@ -102,38 +113,78 @@ impl<'a> Checker<'a> {
     /// One coordinate of an axis.
     fn pick(&mut self, value: Val, axis: AxisId, place: usize, span: Span) -> Val {
         match value {
-            Val::Desc(desc, ty) => {
-                let value = self.spec.axis(axis).coords[place].value.clone();
-                Val::Desc(desc.replace(axis, &Desc::Lit(value)), ty)
-            }
-            Val::Artifact(base) => {
-                let mut expr = self.spec.expr(base).clone();
-                expr.axes.remove(&axis);
-                expr.collected.remove(&axis);
-                expr.kind = ExprKind::Pick { base, axis, place };
-                Val::Artifact(self.push(expr, span))
-            }
+            Val::Desc(desc, ty) => Val::Desc(fold(self.pick_desc(&desc, axis, place, span)), ty),
+            Val::Artifact(base) => Val::Artifact(self.pick_expr(base, axis, place, span)),
             Val::Poison => Val::Poison,
         }
     }
 
+    fn pick_expr(&mut self, base: ExprId, axis: AxisId, place: usize, span: Span) -> ExprId {
+        let mut expr = self.spec.expr(base).clone();
+        expr.axes.remove(&axis);
+        expr.collected.remove(&axis);
+        expr.kind = ExprKind::Pick { base, axis, place };
+        self.push(expr, span)
+    }
+
+    fn pick_desc(&mut self, desc: &Desc, axis: AxisId, place: usize, span: Span) -> Desc {
+        desc.change(&mut |desc| match desc {
+            Desc::Axis(own) if *own == axis => {
+                Some(Desc::Lit(self.spec.axis(axis).coords[place].value.clone()))
+            }
+            Desc::Match(own, arms) if *own == axis => {
+                Some(self.pick_desc(&arms[place], axis, place, span))
+            }
+            Desc::Held(slot, axes) if axes.contains(&axis) => {
+                let feed = self.spec.held[*slot].clone();
+                let picked = self.pick_expr(feed.expr, axis, place, span);
+                let axes = axes.iter().copied().filter(|own| *own != axis).collect();
+                Some(self.hold(Feed { expr: picked, ..feed }, axes))
+            }
+            _ => None,
+        })
+    }
+
     /// Some coordinates of an axis.
     fn restrict(&mut self, value: Val, axis: AxisId, places: Vec<usize>, span: Span) -> Val {
-        let restricted = self.restricted_axis(axis, &places);
+        let kept = Kept { axis, restricted: self.restricted_axis(axis, &places), places };
         match value {
-            Val::Desc(desc, ty) => Val::Desc(desc.replace(axis, &Desc::Axis(restricted)), ty),
-            Val::Artifact(base) => {
-                let mut expr = self.spec.expr(base).clone();
-                expr.axes.remove(&axis);
-                expr.axes.insert(restricted);
-                if expr.collected.remove(&axis) {
-                    expr.collected.insert(restricted);
-                }
-                expr.kind = ExprKind::Restrict { base, axis, restricted, places };
-                Val::Artifact(self.push(expr, span))
-            }
+            Val::Desc(desc, ty) => Val::Desc(self.restrict_desc(&desc, &kept, span), ty),
+            Val::Artifact(base) => Val::Artifact(self.restrict_expr(base, &kept, span)),
             Val::Poison => Val::Poison,
         }
+    }
+
+    fn restrict_expr(&mut self, base: ExprId, kept: &Kept, span: Span) -> ExprId {
+        let Kept { axis, restricted, places } = kept.clone();
+        let mut expr = self.spec.expr(base).clone();
+        expr.axes.remove(&axis);
+        expr.axes.insert(restricted);
+        if expr.collected.remove(&axis) {
+            expr.collected.insert(restricted);
+        }
+        expr.kind = ExprKind::Restrict { base, axis, restricted, places };
+        self.push(expr, span)
+    }
+
+    fn restrict_desc(&mut self, desc: &Desc, kept: &Kept, span: Span) -> Desc {
+        let Kept { axis, restricted, places } = kept;
+        desc.change(&mut |desc| match desc {
+            Desc::Axis(own) if own == axis => Some(Desc::Axis(*restricted)),
+            Desc::Match(own, arms) if own == axis => {
+                // Inside an arm the axis has one value.
+                let arms = places.iter().map(|&i| self.pick_desc(&arms[i], *axis, i, span));
+                Some(Desc::Match(*restricted, arms.collect()))
+            }
+            Desc::Held(slot, axes) if axes.contains(axis) => {
+                let feed = self.spec.held[*slot].clone();
+                let expr = self.restrict_expr(feed.expr, kept, span);
+                let axes = axes.iter().map(|own| if own == axis { *restricted } else { *own });
+                let axes = axes.collect();
+                Some(self.hold(Feed { expr, ..feed }, axes))
+            }
+            _ => None,
+        })
     }
 
     /// Coordinates of a dimension inside the value; which there are is known when it is computed.
@@ -172,7 +223,7 @@ impl<'a> Checker<'a> {
 
     fn known_before_at(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
         match self.expr(at, expr) {
-            Val::Desc(desc, ty) if desc.axes().is_empty() => {
+            Val::Desc(desc, ty) if desc.axes().is_empty() && !desc.holds() => {
                 let scalar = |ty: &Ty| matches!(ty, Ty::Int | Ty::Float | Ty::Str | Ty::Bool);
                 let fits = scalar(&ty)
                     || matches!(&ty, Ty::List(item) if scalar(item) || **item == super::value::nothing());
@@ -199,4 +250,13 @@ impl<'a> Checker<'a> {
             }
         }
     }
+}
+
+/// Some coordinates of an axis, which make one of their own.
+#[derive(Clone)]
+struct Kept {
+    axis: AxisId,
+    restricted: AxisId,
+    /// Their places along `axis`, in the order of `restricted`.
+    places: Vec<usize>,
 }

@@ -1,8 +1,10 @@
 //! What an expression amounts to while it is checked.
 
-use ivx_op::{Lit, Ty};
+use std::collections::BTreeMap;
 
-use crate::ir::{Desc, ExprId};
+use ivx_op::{Lit, Part, Ty};
+
+use crate::ir::{Desc, ExprId, Place};
 
 /// What an expression amounts to.
 #[derive(Clone, Debug)]
@@ -58,8 +60,47 @@ pub(super) fn coerce(desc: Desc, fit: Fit) -> Desc {
     }
 }
 
+/// The value as the type asks for it, which it fits or is joined into.
+pub(super) fn convert(value: Lit, ty: &Ty) -> Lit {
+    match (value, ty) {
+        (value @ Lit::Int(_), Ty::Float) => crate::ir::widen(value),
+        (Lit::List(items), Ty::List(item)) => {
+            Lit::List(items.into_iter().map(|value| convert(value, item)).collect())
+        }
+        (Lit::Part(record), Ty::Record(fields)) => {
+            let args = record.args.into_iter().map(|(name, value)| {
+                let value = convert(value, &fields[&name]);
+                (name, value)
+            });
+            Lit::Part(Part { name: record.name, args: args.collect() })
+        }
+        (value, _) => value,
+    }
+}
+
+/// The record of some fields that are descriptions.
+pub(super) fn record(fields: impl Iterator<Item = (String, Val)>) -> Val {
+    let (mut args, mut types) = (BTreeMap::new(), BTreeMap::new());
+    for (name, value) in fields {
+        let Val::Desc(desc, ty) = value else { return Val::Poison };
+        args.insert(name.clone(), desc);
+        types.insert(name, ty);
+    }
+    Val::Desc(fold(Desc::Part(String::new(), args)), Ty::Record(types))
+}
+
+/// Whether a value is a record of descriptions.
+pub(super) fn is_record(value: &Val) -> bool {
+    matches!(value, Val::Desc(_, Ty::Record(_)))
+}
+
 /// The type of a list that holds values of both types.
 pub(super) fn join(a: &Ty, b: &Ty) -> Option<Ty> {
+    if let (Ty::Record(a), Ty::Record(b)) = (a, b) {
+        let same = a.keys().eq(b.keys());
+        let joined = a.iter().map(|(name, ty)| Some((name.clone(), join(ty, b.get(name)?)?)));
+        return joined.collect::<Option<_>>().filter(|_| same).map(Ty::Record);
+    }
     match (fit(a, b), fit(b, a)) {
         (Fit::No, Fit::No) => None,
         (Fit::No, _) => Some(b.clone()),
@@ -67,22 +108,42 @@ pub(super) fn join(a: &Ty, b: &Ty) -> Option<Ty> {
     }
 }
 
-/// The description as one value where nothing in it varies.
+/// The description with one value in the place of whatever in it neither varies nor is computed.
 pub(super) fn fold(desc: Desc) -> Desc {
-    match desc {
-        Desc::List(items) if items.iter().all(|item| matches!(item, Desc::Lit(_))) => {
-            let lits = items
-                .into_iter()
-                .map(|i| if let Desc::Lit(lit) = i { lit } else { unreachable!() });
-            Desc::Lit(Lit::List(lits.collect()))
+    let desc = match desc {
+        Desc::List(items) => Desc::List(items.into_iter().map(fold).collect()),
+        Desc::Match(axis, arms) => Desc::Match(axis, arms.into_iter().map(fold).collect()),
+        Desc::Part(name, args) => {
+            Desc::Part(name, args.into_iter().map(|(arg, value)| (arg, fold(value))).collect())
         }
-        Desc::Part(name, args) if args.values().all(|arg| matches!(arg, Desc::Lit(_))) => {
-            let args = args.into_iter();
-            let args =
-                args.map(|(k, v)| if let Desc::Lit(lit) = v { (k, lit) } else { unreachable!() });
-            Desc::Lit(Lit::Part(ivx_op::Part { name, args: args.collect() }))
+        Desc::Binary(op, left, right) => {
+            Desc::Binary(op, Box::new(fold(*left)), Box::new(fold(*right)))
         }
-        other => other,
+        Desc::Widen(inner) => Desc::Widen(Box::new(fold(*inner))),
+        Desc::Field(record, name) => match fold(*record) {
+            Desc::Part(part, mut args) if part.is_empty() => {
+                args.remove(&name).expect("checked to have the field")
+            }
+            Desc::Match(axis, arms) => {
+                let field = |arm| fold(Desc::Field(Box::new(arm), name.clone()));
+                Desc::Match(axis, arms.into_iter().map(field).collect())
+            }
+            record => Desc::Field(Box::new(record), name),
+        },
+        plain @ (Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..)) => plain,
+    };
+    let constant = |desc: &Desc| matches!(desc, Desc::Lit(_));
+    let whole = match &desc {
+        Desc::List(items) => items.iter().all(constant),
+        Desc::Part(_, args) => args.values().all(constant),
+        Desc::Binary(_, left, right) => constant(left) && constant(right),
+        Desc::Widen(inner) | Desc::Field(inner, _) => constant(inner),
+        Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..) | Desc::Match(..) => false,
+    };
+    match whole.then(|| desc.eval(&[], &Place::new())) {
+        Some(Ok(lit)) => Desc::Lit(lit),
+        // Arithmetic without a result is reported where it is used.
+        Some(Err(_)) | None => desc,
     }
 }
 

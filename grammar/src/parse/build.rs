@@ -56,8 +56,8 @@ impl<'d> Build<'d> {
                 ItemKind::Published { name, path: self.string(&parts.part()) }
             }
             Rule::axis => {
-                let name = self.only_name(parts.part());
-                ItemKind::Axis { name, values: self.axis_values(parts.part()) }
+                let (name, fields) = self.axis_head(parts.part());
+                ItemKind::Axis { name, fields, values: self.axis_values(parts.part()) }
             }
             Rule::valued => {
                 let head = parts.part();
@@ -93,7 +93,8 @@ impl<'d> Build<'d> {
             }
             Rule::axis_head => {
                 let name = self.name(&parts.part());
-                ItemKind::Axis { name, values: AxisExpr::List(value) }
+                let fields = parts.next().map(|fields| self.fields(fields)).unwrap_or_default();
+                ItemKind::Axis { name, fields, values: AxisExpr::List(value) }
             }
             Rule::let_head => {
                 let name = self.name(&parts.part());
@@ -117,6 +118,16 @@ impl<'d> Build<'d> {
         let theirs = self.name(&parts.part());
         let ours = parts.next().map_or_else(|| theirs.clone(), |ours| self.name(&ours));
         (theirs, ours)
+    }
+
+    fn axis_head(&mut self, pair: Pair<'_>) -> (Name, Vec<Name>) {
+        let mut parts = Parts::of(pair);
+        let name = self.name(&parts.part());
+        (name, parts.next().map(|fields| self.fields(fields)).unwrap_or_default())
+    }
+
+    fn fields(&mut self, pair: Pair<'_>) -> Vec<Name> {
+        Parts::of(pair).map(|name| self.name(&name)).collect()
     }
 
     fn axis_values(&mut self, pair: Pair<'_>) -> AxisExpr {
@@ -247,9 +258,15 @@ impl<'d> Build<'d> {
                 ExprKind::List(Parts::of(pair).map(|element| self.expr(element, depth)).collect())
             }
             Rule::parens => {
-                let inner = self.expr(Parts::of(pair).part(), depth);
-                return Expr { span, ..inner };
+                let mut fields: Vec<_> =
+                    Parts::of(pair).map(|field| self.arg(field, depth)).collect();
+                if let [(None, _)] = &fields[..] {
+                    let (_, inner) = fields.pop().expect("there is one");
+                    return Expr { span, ..inner };
+                }
+                ExprKind::Record(fields)
             }
+            Rule::matching => self.matching(pair, depth),
             Rule::named => {
                 let mut parts = Parts::of(pair);
                 let name = self.name(&parts.part());
@@ -264,6 +281,41 @@ impl<'d> Build<'d> {
             other => unreachable!("{other:?} is not a primary expression"),
         };
         Expr { kind, span }
+    }
+
+    fn matching(&mut self, pair: Pair<'_>, depth: usize) -> ExprKind {
+        let mut parts = Parts::of(pair);
+        let name = parts.part();
+        let span = self.span(&name);
+        let mut names = Parts::of(name);
+        let mut axis = Expr { kind: ExprKind::Name(names.part().as_str().to_owned()), span };
+        for field in names {
+            let name = self.name(&Parts::of(field).part());
+            axis = Expr { kind: ExprKind::Field { base: Box::new(axis), name }, span };
+        }
+        let arms = parts.map(|arm| {
+            let mut parts = Parts::of(arm);
+            let label = parts.part();
+            let label = if label.as_rule() == Rule::string {
+                self.string(&label)
+            } else {
+                let (number, minus) = if label.as_rule() == Rule::minus {
+                    (parts.part(), Some(label))
+                } else {
+                    (label, None)
+                };
+                let number = self.number(&number, minus);
+                let value = match number.kind {
+                    ExprKind::Int(n) => n.to_string(),
+                    ExprKind::Float(x) => format!("{x:?}"),
+                    _ => String::new(),
+                };
+                Spanned { value, span: number.span }
+            };
+            (label, self.expr(parts.part(), depth))
+        });
+        let arms = arms.collect();
+        ExprKind::Match { axis: Box::new(axis), arms }
     }
 
     fn arg(&mut self, pair: Pair<'_>, depth: usize) -> (Option<Name>, Expr) {
@@ -363,6 +415,7 @@ fn means_something(pair: &Pair<'_>) -> bool {
             | Rule::dot
             | Rule::dots
             | Rule::as_word
+            | Rule::match_word
             | Rule::within_word
             | Rule::from_word
     )

@@ -116,12 +116,6 @@ impl Context<'_> {
         if let Some(fault) = self.string_fault() {
             return fault;
         }
-        if self.found == "match" && wants("an expression") {
-            return plain(not_yet("`match`")).label("not known yet");
-        }
-        if self.found == "(" && self.word == "axis" && self.positives.contains(&Rule::equals) {
-            return plain(not_yet("an axis with fields")).label("not known yet");
-        }
         if scan::is_reserved(self.found) && names && !self.begins_item() {
             let message = format!("`{}` is a reserved word and cannot be a name", self.found);
             return plain(message).label("reserved");
@@ -248,10 +242,6 @@ fn habit(found: &str) -> Option<String> {
     Some(advice.to_owned())
 }
 
-fn not_yet(what: &str) -> String {
-    format!("{what} is not part of this version yet")
-}
-
 fn token(text: &str, place: usize) -> &str {
     &text[place..scan::token_end(text, place)]
 }
@@ -300,7 +290,10 @@ fn phrases(rules: &[Rule]) -> Vec<&'static str> {
 fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
     Some(match rule {
         Rule::equals => (0, "`=`"),
-        Rule::name | Rule::set | Rule::at | Rule::taken | Rule::let_param => (1, "a name"),
+        Rule::name | Rule::set | Rule::at | Rule::taken | Rule::let_param | Rule::axis_name => {
+            (1, "a name")
+        }
+        Rule::arm => (1, "a label"),
         Rule::string | Rule::label => (1, "a string"),
         Rule::ty | Rule::ty_name => (1, "a type"),
         Rule::expr
@@ -311,6 +304,8 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         | Rule::bool
         | Rule::list
         | Rule::parens
+        | Rule::matching
+        | Rule::match_word
         | Rule::named
         | Rule::callee
         | Rule::arg
@@ -356,6 +351,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::lbracket
         | Rule::dot
         | Rule::params
+        | Rule::fields
         | Rule::args
         | Rule::select
         | Rule::field

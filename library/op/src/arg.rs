@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::{ArgKind, Args, Artifact, Dim, Gather, Lit, Port, Ty};
+use crate::{ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Ty};
 
 /// What one run, or one part, is built from.
 #[derive(Clone, Debug, Default)]
@@ -137,6 +137,20 @@ impl Arg for MemberCount {
     }
 }
 
+/// The field by which the coordinates of an axis that vanishes are grouped. It expands to nodes
+/// before anything runs, and so carries no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GroupBy;
+
+impl Arg for GroupBy {
+    fn kind() -> ArgKind {
+        ArgKind::Groups
+    }
+    fn take(_: &Call, _: &'static str) -> Result<Self, ArgError> {
+        Ok(Self)
+    }
+}
+
 /// Names of axes or dimensions, as the gathered values bear them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AxisNames(pub Vec<String>);
@@ -198,6 +212,24 @@ pub trait PortType: Sized {
     fn decode(gathered: &Gathered<Arc<[u8]>>) -> Option<Self>;
 }
 
+/// What was given to a port: of an operation among the ports, of a part among the arguments.
+fn fed(call: &Call, name: &'static str) -> Result<Vec<Gathered<Arc<[u8]>>>, ArgError> {
+    let value = |lit: &Lit| match (lit, lit.as_f64()) {
+        (Lit::Held(Held::Value(gathered)), _) => Ok(gathered.clone()),
+        (_, Some(number)) => {
+            let values = vec![Array::scalar(number).encode().into()];
+            Ok(Gathered { dims: Vec::new(), values, name: String::new() })
+        }
+        _ => Err(ArgError::Decode(name)),
+    };
+    match (call.ports.get(name), call.args.get(name)) {
+        (Some(values), _) => Ok(values.clone()),
+        (None, Some(Lit::List(items))) => items.iter().map(value).collect(),
+        (None, Some(lit)) => Ok(vec![value(lit)?]),
+        (None, None) => Err(ArgError::Missing(name)),
+    }
+}
+
 fn decode_all<A: Artifact>(gathered: &Gathered<Arc<[u8]>>) -> Option<Gathered<A>> {
     let values = gathered.values.iter().map(|bytes| A::decode(bytes)).collect::<Option<_>>()?;
     Some(Gathered { dims: gathered.dims.clone(), values, name: gathered.name.clone() })
@@ -219,8 +251,7 @@ macro_rules! port {
                 ArgKind::Port(Port { artifact: Self::ARTIFACT, gather: Self::GATHER, list: false })
             }
             fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
-                let values = call.ports.get(name).ok_or(ArgError::Missing(name))?;
-                values.first().and_then(Self::decode).ok_or(ArgError::Decode(name))
+                fed(call, name)?.first().and_then(Self::decode).ok_or(ArgError::Decode(name))
             }
         }
     )+};
@@ -239,8 +270,7 @@ impl<P: PortType> Arg for Many<P> {
         ArgKind::Port(Port { artifact: P::ARTIFACT, gather: P::GATHER, list: true })
     }
     fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
-        let values = call.ports.get(name).ok_or(ArgError::Missing(name))?;
-        let decoded = values.iter().map(P::decode).collect::<Option<_>>();
+        let decoded = fed(call, name)?.iter().map(P::decode).collect::<Option<_>>();
         decoded.map(Self).ok_or(ArgError::Decode(name))
     }
 }

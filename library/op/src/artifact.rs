@@ -10,6 +10,8 @@ use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::FieldDecl;
+
 /// A value that can travel along an edge of the graph and lie in the cache.
 ///
 /// A fresh value and a cached one are the same bytes: results are encoded even when they
@@ -17,6 +19,8 @@ use serde::{Deserialize, Serialize};
 pub trait Artifact: Sized + Send + 'static {
     /// The name of the kind, as in `Dataset`.
     const KIND: &'static str;
+    /// Its fields, if it is a record.
+    const FIELDS: &'static [FieldDecl] = &[];
     /// The value as bytes. Equal values give equal bytes.
     fn encode(&self) -> Vec<u8>;
     /// The value back; `None` if the bytes are not of this kind.

@@ -3,6 +3,7 @@
 //! A [`Decl`] is what [`declare!`](crate::declare) writes; the checker, the reference page
 //! and the key are derived from it and from nothing else.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::{RangeFrom, RangeInclusive};
 
@@ -23,6 +24,8 @@ pub enum Ty {
     List(Box<Ty>),
     /// A part of a family, such as `Ke`.
     Part(String),
+    /// A record, with the types of its fields by name.
+    Record(BTreeMap<String, Ty>),
 }
 
 impl fmt::Display for Ty {
@@ -34,6 +37,13 @@ impl fmt::Display for Ty {
             Self::Str => f.write_str("Str"),
             Self::List(item) => write!(f, "List<{item}>"),
             Self::Part(family) => f.write_str(family),
+            Self::Record(fields) => {
+                f.write_str("(")?;
+                for (i, (name, ty)) in fields.iter().enumerate() {
+                    write!(f, "{}{name}: {ty}", if i == 0 { "" } else { ", " })?;
+                }
+                f.write_str(")")
+            }
         }
     }
 }
@@ -62,6 +72,8 @@ pub enum Role {
     Op(OutDecl),
     /// A value inside an operation's arguments, with its family.
     Part(&'static str),
+    /// The coordinates of an axis, with the fields that each has, in order.
+    Rows(Vec<(&'static str, Ty)>),
 }
 
 /// The result of an operation.
@@ -71,6 +83,21 @@ pub struct OutDecl {
     pub artifact: &'static str,
     /// The dimensions inside it.
     pub dims: Dims,
+    /// Its fields, where it is a record.
+    pub fields: &'static [FieldDecl],
+}
+
+/// One field of a record that an operation results in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FieldDecl {
+    /// Its name.
+    pub name: &'static str,
+    /// Its doc comment.
+    pub docs: &'static str,
+    /// The kind of artifact.
+    pub artifact: &'static str,
+    /// The dimensions inside it.
+    pub dims: &'static [&'static str],
 }
 
 /// How the dimensions inside a result follow from the arguments.
@@ -123,6 +150,9 @@ pub enum ArgKind {
     Members,
     /// The name of an axis or dimension, or a list of them.
     Axes,
+    /// The field of an axis that vanishes by whose values its coordinates are grouped, as in
+    /// `task.scene`. Each group is a node of its own, so that no node knows it.
+    Groups,
     /// An artifact.
     Port(Port),
 }
@@ -214,6 +244,10 @@ impl fmt::Display for Decl {
         match &self.role {
             Role::Op(out) => write!(f, ") -> {out}"),
             Role::Part(family) => write!(f, ") -> {family}"),
+            Role::Rows(fields) => {
+                let names: Vec<&str> = fields.iter().map(|(name, _)| *name).collect();
+                write!(f, ") -> Rows({})", names.join(", "))
+            }
         }
     }
 }
@@ -237,6 +271,7 @@ impl fmt::Display for ArgKind {
             Self::Literal(ty) => write!(f, "{ty}"),
             Self::Members => f.write_str("Int"),
             Self::Axes => f.write_str("Axis"),
+            Self::Groups => f.write_str("Field"),
             Self::Port(port) => write!(f, "{port}"),
         }
     }

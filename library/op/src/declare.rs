@@ -51,7 +51,7 @@ macro_rules! declare {
 
             fn args() -> Vec<$crate::ArgDecl> {
                 vec![$( $crate::ArgDecl {
-                    name: stringify!($field),
+                    name: $crate::field_name(stringify!($field)),
                     docs: concat!($($arg_doc, "\n"),+),
                     kind: <$field_ty as $crate::Arg>::kind(),
                     default: None$(.or(Some($crate::Lit::from($default))))?,
@@ -63,7 +63,7 @@ macro_rules! declare {
             #[expect(clippy::allow_attributes, reason = "unused only where there are no arguments")]
             #[allow(unused_variables)]
             fn build(call: &$crate::Call) -> Result<Self, $crate::ArgError> {
-                Ok(Self { $( $field: $crate::Arg::take(call, stringify!($field))?, )* })
+                Ok(Self { $( $field: $crate::Arg::take(call, $crate::field_name(stringify!($field)))?, )* })
             }
         }
 
@@ -113,4 +113,13 @@ macro_rules! family {
             }
         }
     };
+}
+
+/// The name of a field in the language: `r#in` is `in`.
+#[must_use]
+pub const fn field_name(name: &'static str) -> &'static str {
+    match name.as_bytes() {
+        [b'r', b'#', ..] => name.split_at(2).1,
+        _ => name,
+    }
 }

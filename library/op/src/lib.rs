@@ -10,21 +10,24 @@ mod decl;
 mod declare;
 mod lit;
 mod published;
+mod record;
 mod registry;
 mod rendered;
 mod rng;
 mod verdict;
 
 pub use arg::{
-    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, Literal, Many, MemberCount,
-    Members, Named, One, PortType,
+    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, Literal, Many,
+    MemberCount, Members, Named, One, PortType,
 };
 pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, kind_of};
-pub use decl::{ArgDecl, ArgKind, Decl, Dims, Gather, OutDecl, Port, Range, Role, Ty};
-pub use lit::{Args, Lit, Part};
+pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
+pub use declare::field_name;
+pub use lit::{Args, Held, Lit, Part};
 pub use published::{Published, read_published};
-pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry};
+pub use record::{AnyArtifact, AnyRecord};
+pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
 pub use rendered::{Figure, Table};
 pub use rng::Ctx;
 pub use verdict::{Finding, Outcome, Verdict};

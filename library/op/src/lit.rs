@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
+
+use crate::Gathered;
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,14 +19,25 @@ pub enum Lit {
     Text(String),
     /// A list, in the order written.
     List(Vec<Lit>),
-    /// A named part with its arguments, such as `cvar(alpha: 0.1)`.
+    /// A named part with its arguments, such as `cvar(alpha: 0.1)`; without a name, a record.
     Part(Part),
+    /// An artifact that a part holds.
+    Held(Held),
+}
+
+/// An artifact inside a part.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Held {
+    /// Its place among those that the computation holds, before it runs.
+    Slot(usize),
+    /// Its encoded values, when it runs.
+    Value(Gathered<Arc<[u8]>>),
 }
 
 /// A named part with its arguments, such as `cvar(alpha: 0.1)`.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Part {
-    /// The declared name.
+    /// The declared name; empty for a record, whose fields are the arguments.
     pub name: String,
     /// Its arguments.
     pub args: Args,
@@ -48,6 +62,15 @@ impl Part {
 }
 
 impl Lit {
+    /// The field of a record; `None` for what has no such field.
+    #[must_use]
+    pub fn field(&self, name: &str) -> Option<&Self> {
+        match self {
+            Self::Part(part) if part.name.is_empty() => part.args.get(name),
+            _ => None,
+        }
+    }
+
     /// A number as `f64`; `None` for what is not a number.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "specs count far below 2^53")]
@@ -76,6 +99,7 @@ impl fmt::Display for Lit {
                 f.write_str("]")
             }
             Self::Part(part) => write!(f, "{part}"),
+            Self::Held(_) => f.write_str("something computed"),
         }
     }
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::{
-    ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, Lit, OutDecl, Part, Role,
+    ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, OutDecl,
+    Part, Role, Ty,
 };
 
 /// Implemented by [`declare!`](crate::declare) only.
@@ -43,6 +44,14 @@ pub trait Op: Produces {
     fn run(&self, ctx: &Ctx) -> Result<Self::Out, OpError>;
 }
 
+/// The coordinates of an axis, known before anything runs: `axis task(scene, env) = tasks()`.
+pub trait Rows: Declared {
+    /// The fields of each coordinate, in order.
+    fn fields() -> Vec<(&'static str, Ty)>;
+    /// The coordinates: what each is called, and the values of its fields in order.
+    fn rows(&self) -> Vec<(String, Vec<Lit>)>;
+}
+
 /// Why an operation has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OpError {
@@ -57,6 +66,11 @@ pub enum OpError {
 /// An encoded result.
 pub type Bytes = Arc<[u8]>;
 
+/// Labelled rows of values.
+type Table = Vec<(String, Vec<Lit>)>;
+
+type List = fn(&Call) -> Result<Table, ArgError>;
+
 type Run = fn(&Call, &Ctx) -> Result<Bytes, OpError>;
 
 /// The operations and parts that specs can use.
@@ -64,6 +78,7 @@ type Run = fn(&Call, &Ctx) -> Result<Bytes, OpError>;
 pub struct Registry {
     ops: BTreeMap<&'static str, (Decl, Run)>,
     parts: BTreeMap<&'static str, Decl>,
+    rows: BTreeMap<&'static str, (Decl, List)>,
 }
 
 impl Registry {
@@ -73,7 +88,7 @@ impl Registry {
     /// If the name is taken.
     #[must_use]
     pub fn op<T: Op>(mut self) -> Self {
-        let out = OutDecl { artifact: T::Out::KIND, dims: T::DIMS };
+        let out = OutDecl { artifact: T::Out::KIND, dims: T::DIMS, fields: T::Out::FIELDS };
         let run: Run = |call, ctx| Ok(T::build(call)?.run(ctx)?.encode().into());
         let taken = self.ops.insert(T::NAME, (decl::<T>(Role::Op(out)), run));
         assert!(taken.is_none(), "`{}` is declared twice", T::NAME);
@@ -93,15 +108,48 @@ impl Registry {
         self
     }
 
-    /// The declaration of an operation or part.
+    /// Adds coordinates that axes can be declared from.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn rows<T: Rows>(mut self) -> Self {
+        let list: List = |call| Ok(T::build(call)?.rows());
+        let taken = self.rows.insert(T::NAME, (decl::<T>(Role::Rows(T::fields())), list));
+        assert!(taken.is_none(), "`{}` is declared twice", T::NAME);
+        self
+    }
+
+    /// The declaration of an operation, a part or coordinates.
     #[must_use]
     pub fn decl(&self, name: &str) -> Option<&Decl> {
-        self.ops.get(name).map(|(decl, _)| decl).or_else(|| self.parts.get(name))
+        let op = self.ops.get(name).map(|(decl, _)| decl);
+        op.or_else(|| self.parts.get(name)).or_else(|| self.rows.get(name).map(|(decl, _)| decl))
     }
 
     /// All declarations, operations first, by name.
     pub fn decls(&self) -> impl Iterator<Item = &Decl> {
-        self.ops.values().map(|(decl, _)| decl).chain(self.parts.values())
+        let rows = self.rows.values().map(|(decl, _)| decl);
+        self.ops.values().map(|(decl, _)| decl).chain(self.parts.values()).chain(rows)
+    }
+
+    /// The fields of a kind of artifact; none if it is no record.
+    #[must_use]
+    pub fn fields(&self, artifact: &str) -> &'static [FieldDecl] {
+        let mut outs = self.ops.values().filter_map(|(decl, _)| match &decl.role {
+            Role::Op(out) if out.artifact == artifact => Some(out.fields),
+            _ => None,
+        });
+        outs.next().unwrap_or_default()
+    }
+
+    /// The coordinates that a complete description stands for; `None` if it stands for none.
+    ///
+    /// # Errors
+    /// If an argument cannot be built.
+    pub fn list(&self, part: &Part) -> Option<Result<Table, ArgError>> {
+        let (_, list) = self.rows.get(part.name.as_str())?;
+        Some(list(&Call { args: part.args.clone(), ports: BTreeMap::new() }))
     }
 
     /// Runs an operation; `ctx.op` must be its name.
@@ -119,7 +167,7 @@ impl Registry {
     /// The part with defaults filled in, at every depth.
     #[must_use]
     pub fn complete(&self, part: &Part) -> Part {
-        let Some(decl) = self.parts.get(part.name.as_str()) else { return part.clone() };
+        let Some(decl) = self.decl(&part.name) else { return part.clone() };
         let mut args = Args::new();
         for arg in &decl.args {
             if let Some(value) = part.args.get(arg.name).or(arg.default.as_ref()) {

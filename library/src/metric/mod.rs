@@ -4,6 +4,7 @@ mod arithmetic;
 mod broadcast;
 mod claim;
 mod equivalent;
+mod field;
 mod gap;
 mod mixture_std;
 mod published;
@@ -20,6 +21,7 @@ use crate::math::moments::real;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use claim::Claim;
 pub use equivalent::Equivalent;
+pub use field::Field;
 pub use gap::{Hallucination, Regret};
 pub use mixture_std::MixtureStd;
 pub use published::PublishedNumbers;
@@ -55,6 +57,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Equal>()
         .op::<Unequal>()
         .op::<Select>()
+        .op::<Field>()
         .op::<PublishedNumbers>()
         .op::<Regret>()
         .op::<Hallucination>()

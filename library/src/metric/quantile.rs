@@ -1,6 +1,6 @@
 //! Quantiles.
 
-use ivx_op::{Array, AxisNames, Ctx, Named, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 use super::reduce::reduce;
 use crate::math::order;
@@ -14,6 +14,8 @@ declare! {
         q: f64, in 0.0..=1.0;
         /// The axes and dimensions that vanish.
         over: AxisNames;
+        /// The field of an axis that vanishes, as in `task.scene`: one result for each of its values.
+        by: GroupBy = Vec::<i64>::new();
     }
 }
 
@@ -37,6 +39,9 @@ mod tests {
         let x = Named(Gathered { dims: vec![seed], values, name: String::new() });
         let over = AxisNames(vec!["#0".to_owned()]);
         let ctx = Ctx { op: "quantile", seed: 0, member: None };
-        assert_eq!(Quantile { x, q: 0.25, over }.run(&ctx).unwrap(), Array::scalar(1.5));
+        assert_eq!(
+            Quantile { x, q: 0.25, over, by: GroupBy }.run(&ctx).unwrap(),
+            Array::scalar(1.5)
+        );
     }
 }

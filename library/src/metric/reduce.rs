@@ -1,6 +1,6 @@
 //! Reductions: many numbers along named dimensions become one.
 
-use ivx_op::{Array, AxisNames, Ctx, Named, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 use crate::math::{moments, order};
 
@@ -13,6 +13,8 @@ macro_rules! reductions {
                 x: Named<Array>;
                 /// The axes and dimensions that vanish.
                 over: AxisNames;
+                /// The field of an axis that vanishes, as in `task.scene`: one result for each of its values.
+                by: GroupBy = Vec::<i64>::new();
             }
         }
 
@@ -130,7 +132,9 @@ mod tests {
 
     #[test]
     fn an_axis_a_dimension_or_both_vanish() {
-        let mean = |names: &[&str]| Mean { x: gathered(), over: over(names) }.run(&CTX).unwrap();
+        let mean = |names: &[&str]| {
+            Mean { x: gathered(), over: over(names), by: GroupBy }.run(&CTX).unwrap()
+        };
         assert_eq!(mean(&["#0"]), Array::series(dim("x", 2), vec![12.0, 13.0]));
         assert_eq!(mean(&["x"]), Array::series(dim("#0", 3), vec![0.5, 10.5, 26.5]));
         assert_eq!(mean(&["x", "#0"]), Array::scalar(12.5));
@@ -140,21 +144,30 @@ mod tests {
     #[test]
     fn each_reduction_is_its_own() {
         let (x, over) = (gathered, || over(&["#0"]));
-        assert_eq!(Median { x: x(), over: over() }.run(&CTX).unwrap().values, [10.0, 11.0]);
-        assert_eq!(Min { x: x(), over: over() }.run(&CTX).unwrap().values, [0.0, 1.0]);
-        assert_eq!(Max { x: x(), over: over() }.run(&CTX).unwrap().values, [26.0, 27.0]);
-        assert_eq!(Iqm { x: x(), over: over() }.run(&CTX).unwrap().values, [12.0, 13.0]);
+        assert_eq!(
+            Median { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values,
+            [10.0, 11.0]
+        );
+        assert_eq!(Min { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values, [0.0, 1.0]);
+        assert_eq!(
+            Max { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values,
+            [26.0, 27.0]
+        );
+        assert_eq!(
+            Iqm { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values,
+            [12.0, 13.0]
+        );
         // Deviations −12, −2, 14: squares sum to 344.
-        let std = Std { x: x(), over: over() }.run(&CTX).unwrap().values;
+        let std = Std { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values;
         assert!((std[0] - (344.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        let stderr = Stderr { x: x(), over: over() }.run(&CTX).unwrap().values;
+        let stderr = Stderr { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values;
         assert!((stderr[1] - (344.0_f64 / 6.0).sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn what_cannot_be_reduced_is_explained() {
         let message = |x: Named<Array>, names: &[&str]| {
-            Mean { x, over: over(names) }.run(&CTX).unwrap_err().to_string()
+            Mean { x, over: over(names), by: GroupBy }.run(&CTX).unwrap_err().to_string()
         };
         let unknown = "there is no dimension `y` to reduce over; there are: `#0`, `x`";
         assert_eq!(message(gathered(), &["y"]), unknown);

@@ -18,7 +18,10 @@ pub(crate) fn item(item: &Item) -> String {
             let base = base.as_ref().map(|base| format!(" of {}", base.value));
             format!("profile {}{}{}", name.value, base.unwrap_or_default(), named(sets))
         }
-        ItemKind::Axis { name, values } => format!("axis {} {}", name.value, axis(values)),
+        ItemKind::Axis { name, fields, values } => {
+            let fields = joined(fields.iter().map(|field| format!(".{}", field.value)));
+            format!("axis {}{fields} {}", name.value, axis(values))
+        }
         ItemKind::Let { name, params: None, value } => {
             format!("let {} {}", name.value, expr(value))
         }
@@ -45,7 +48,7 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Published { name, path } => {
             format!("published {} {:?}", name.value, path.value)
         }
-        ItemKind::Junk => "junk".to_owned(),
+        ItemKind::Junk { .. } => "junk".to_owned(),
     };
     format!("({docs}{inner})")
 }
@@ -88,11 +91,12 @@ fn expr(e: &Expr) -> String {
         }
         ExprKind::Name(name) => name.clone(),
         ExprKind::Call { name, args } => {
-            let args = args.iter().map(|(name, value)| match name {
-                Some(name) => format!(" {}: {}", name.value, expr(value)),
-                None => format!(" {}", expr(value)),
-            });
-            format!("({}{})", name.value, joined(args))
+            format!("({}{})", name.value, given(args))
+        }
+        ExprKind::Record(fields) => format!("(record{})", given(fields)),
+        ExprKind::Match { axis, arms } => {
+            let arms = arms.iter().map(|(label, e)| format!(" {:?}: {}", label.value, expr(e)));
+            format!("(match {}{})", expr(axis), joined(arms))
         }
         ExprKind::Select { base, at } => format!("(at {}{})", expr(base), named(at)),
         ExprKind::Field { base, name } => format!("{}.{}", expr(base), name.value),
@@ -102,6 +106,13 @@ fn expr(e: &Expr) -> String {
         }
         ExprKind::Junk => "junk".to_owned(),
     }
+}
+
+fn given(args: &[(Option<Name>, Expr)]) -> String {
+    joined(args.iter().map(|(name, value)| match name {
+        Some(name) => format!(" {}: {}", name.value, expr(value)),
+        None => format!(" {}", expr(value)),
+    }))
 }
 
 fn joined(parts: impl Iterator<Item = String>) -> String {

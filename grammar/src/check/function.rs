@@ -1,0 +1,184 @@
+//! Functions of a spec: pure, put in the place of their calls.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use ivx_op::{ArgKind, Array, Artifact, Role, Ty};
+
+use super::Checker;
+use super::call::Written;
+use super::expr::{At, is_number};
+use super::value::{Fit, Val, coerce, fit};
+use crate::ast::{self, ItemKind, LetParam, Name, TyExpr};
+use crate::ir::AxisRole;
+use crate::{Code, Diagnostic, Span};
+
+/// The type of numbers that are computed.
+const SCALAR: &str = "Scalar";
+/// The type of what varies over the members of an ensemble.
+const ENSEMBLE: &str = "Ensemble";
+
+/// What the parameter of a function takes.
+enum Wanted {
+    /// A description.
+    Desc(Ty),
+    /// One number, computed or not.
+    Scalar,
+    /// Something computed of this kind.
+    Artifact(String),
+    /// All members of an ensemble of this kind.
+    Ensemble(String),
+}
+
+impl<'a> Checker<'a> {
+    /// What the call of a function amounts to.
+    pub(super) fn function(
+        &mut self,
+        at: &At,
+        (scope, name): (usize, &'a Name),
+        params: &'a [LetParam],
+        body: &'a ast::Expr,
+        args: &'a Written<'a>,
+        span: Span,
+    ) -> Val {
+        let id = (scope, name.value.clone());
+        if self.active.contains(&id) {
+            let message = format!("`{}` is defined in terms of itself", name.value);
+            let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
+            return self.fault(fault.also(name.span, "defined here"));
+        }
+        let names: Vec<&str> = params.iter().map(|param| param.name.value.as_str()).collect();
+        let Some(mut given) = self.place_args(&name.value, &names, args) else {
+            return Val::Poison;
+        };
+        let mut locals = BTreeMap::new();
+        for (param, given) in params.iter().zip(&mut given) {
+            let (value, value_span) = match (given.take(), &param.default) {
+                (Some(expr), _) => (self.expr(at, expr), expr.span),
+                (None, Some(default)) => {
+                    (self.expr(&At::new(scope, at.address.clone()), default), default.span)
+                }
+                (None, None) => {
+                    let wanted = self.written(&param.ty);
+                    let message =
+                        format!("`{}` needs `{}: {wanted}`", name.value, param.name.value);
+                    let fault = Diagnostic::new(Code::MissingArgument, span, message, "left out");
+                    return self.fault(fault.also(param.name.span, "declared here"));
+                }
+            };
+            let value = self.argument_of(param, value, value_span);
+            if matches!(value, Val::Poison) {
+                return value;
+            }
+            locals.insert(param.name.value.clone(), value);
+        }
+        self.active.push(id);
+        let inner = At { scope, locals: Rc::new(locals), address: at.inside(&name.value).address };
+        let value = self.expr(&inner, body);
+        self.active.pop();
+        value
+    }
+
+    /// A value as the parameter of a function asks for it.
+    fn argument_of(&mut self, param: &'a LetParam, value: Val, span: Span) -> Val {
+        let Some(wanted) = self.wanted(&param.ty) else { return Val::Poison };
+        let expr = if let Val::Artifact(id) = value { Some(self.spec.expr(id)) } else { None };
+        let member = |expr: &crate::ir::Expr| {
+            expr.axes.iter().any(|axis| self.spec.axis(*axis).role == AxisRole::Member)
+        };
+        match (value, &wanted, expr) {
+            (Val::Poison, ..) => return Val::Poison,
+            (Val::Desc(desc, found), Wanted::Desc(ty), _) if fit(ty, &found) != Fit::No => {
+                return Val::Desc(coerce(desc, fit(ty, &found)), ty.clone());
+            }
+            (value @ Val::Desc(..), Wanted::Scalar, _) if matches!(&value, Val::Desc(_, ty) if is_number(ty)) =>
+            {
+                return value;
+            }
+            (value, Wanted::Scalar, Some(expr))
+                if expr.artifact == Array::KIND && expr.dims.is_empty() =>
+            {
+                return value;
+            }
+            (value, Wanted::Artifact(kind), Some(expr)) if expr.artifact == *kind => return value,
+            (value, Wanted::Ensemble(kind), Some(expr))
+                if expr.artifact == *kind && member(expr) =>
+            {
+                return value;
+            }
+            (value, ..) => {
+                let (wanted, found) = (self.written(&param.ty), self.describe(&value));
+                let message = format!("`{}` is {wanted}, found {found}", param.name.value);
+                let label = format!("expected {wanted}");
+                self.fault(Diagnostic::new(Code::Type, span, message, label))
+            }
+        }
+    }
+
+    /// What a type that was written asks for.
+    fn wanted(&mut self, written: &TyExpr) -> Option<Wanted> {
+        let kinds = self.artifacts();
+        let name = written.name.value.as_str();
+        Some(match &written.args[..] {
+            [] if name == SCALAR => Wanted::Scalar,
+            [] if kinds.contains(name) => Wanted::Artifact(name.to_owned()),
+            [inner] if name == ENSEMBLE && inner.args.is_empty() => {
+                if !kinds.contains(inner.name.value.as_str()) {
+                    let message = format!("nothing computed is a `{}`", inner.name.value);
+                    let known = kinds.iter().copied();
+                    let help = crate::suggest(&inner.name.value, known);
+                    let fault = Diagnostic::new(Code::Type, inner.span, message, "unknown type");
+                    self.fault(fault.maybe_help(help));
+                    return None;
+                }
+                Wanted::Ensemble(inner.name.value.clone())
+            }
+            _ => Wanted::Desc(self.ty(written)?),
+        })
+    }
+
+    /// The kinds of artifact that operations take and result in.
+    pub(super) fn artifacts(&self) -> BTreeSet<&'a str> {
+        let mut kinds = BTreeSet::new();
+        for decl in self.registry.decls() {
+            if let Role::Op(out) = &decl.role {
+                kinds.insert(out.artifact);
+                kinds.extend(out.fields.iter().map(|field| field.artifact));
+            }
+            kinds.extend(decl.args.iter().filter_map(|arg| match &arg.kind {
+                ArgKind::Port(port) => Some(port.artifact),
+                _ => None,
+            }));
+        }
+        kinds
+    }
+
+    /// A type as it was written.
+    fn written(&self, ty: &TyExpr) -> String {
+        let text = &self.project.files[ty.span.file as usize].text;
+        text.get(ty.span.start as usize..ty.span.end as usize).unwrap_or_default().to_owned()
+    }
+
+    /// Checks the function bodies of a scope that nothing calls, as far as can be without knowing
+    /// the arguments: the names in it, and what does not depend on them.
+    pub(super) fn uncalled(&mut self, scope: usize) {
+        for item in self.scopes.all[scope].items {
+            let ItemKind::Let { name, params: Some(params), value } = &item.kind else { continue };
+            if self.used.contains(&(scope, name.value.clone())) {
+                continue;
+            }
+            let mut locals = BTreeMap::new();
+            for param in params {
+                self.wanted(&param.ty);
+                if let Some(default) = &param.default {
+                    let at = At::new(scope, name.value.clone());
+                    let given = self.expr(&at, default);
+                    self.argument_of(param, given, default.span);
+                }
+                locals.insert(param.name.value.clone(), Val::Poison);
+            }
+            let at = At { scope, locals: Rc::new(locals), address: name.value.clone() };
+            self.expr(&at, value);
+        }
+    }
+}

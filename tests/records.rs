@@ -1,0 +1,247 @@
+//! Records as results, parts that hold artifacts and coordinates from the library, with toy
+//! operations: checked, expanded and run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use ivx_cache::Cache;
+use ivx_engine::{
+    Fate, Options, Outcome, Plan, Silence, Source, expand, platform, schedule, wanted,
+};
+use ivx_grammar::check::{File, Project, Settings, check};
+use ivx_grammar::parse;
+use ivx_op::{
+    Array, Artifact as _, Ctx, Dim, Labels, Lit, Members, One, Op, OpError, Parts, Registry, Rows,
+    Ty, declare, family, record,
+};
+
+record! {
+    /// What became of a day at the market.
+    struct Sale = "Sale" {
+        /// Whether each of two customers bought.
+        sold: Array [customer];
+        /// What came in.
+        income: Array;
+    }
+}
+
+trait Buyer: std::fmt::Debug + Send + Sync {
+    fn limit(&self) -> f64;
+}
+
+declare! {
+    /// Buys up to a price.
+    struct Careful = "careful" @ 1 {
+        /// The price.
+        limit: One<Array>;
+    }
+}
+
+impl Buyer for Careful {
+    fn limit(&self) -> f64 {
+        self.limit.values[0]
+    }
+}
+
+declare! {
+    /// Buys up to the mean of what a crowd would pay.
+    struct Crowd = "crowd" @ 1 {
+        /// What each would pay.
+        limits: Members<Array>;
+    }
+}
+
+impl Buyer for Crowd {
+    fn limit(&self) -> f64 {
+        let limits: Vec<f64> = self.limits.iter().map(|limit| limit.values[0]).collect();
+        limits.iter().sum::<f64>() / f64::from(u32::try_from(limits.len()).expect("few"))
+    }
+}
+
+fn buyers() -> &'static Parts<dyn Buyer> {
+    static TABLE: LazyLock<Parts<dyn Buyer>> = LazyLock::new(|| {
+        Parts::<dyn Buyer>::new().with(|x: Careful| Box::new(x)).with(|x: Crowd| Box::new(x))
+    });
+    &TABLE
+}
+
+family!(dyn Buyer, "Buyer", buyers);
+
+declare! {
+    /// A day at the market.
+    struct Sell = "sell" @ 1 -> Sale {
+        /// Who buys.
+        to: Box<dyn Buyer>;
+        /// The price.
+        price: f64;
+        /// What comes in for each thing sold.
+        share: f64 = 1.0;
+    }
+}
+
+impl Op for Sell {
+    fn run(&self, _: &Ctx) -> Result<Sale, OpError> {
+        let bought = [1.0, 2.0].map(|n| f64::from(u8::from(self.price * n <= self.to.limit())));
+        let customers = Labels::Names(vec!["one".to_owned(), "two".to_owned()]);
+        let income = bought.iter().sum::<f64>() * self.price * self.share;
+        let sold = Array::series(Dim::new("customer", customers), bought.to_vec());
+        Ok(Sale { sold, income: Array::scalar(income) })
+    }
+}
+
+declare! {
+    /// The shops there are.
+    struct Shops = "shops" @ 1 {
+        /// What is added to each price.
+        rise: f64 = 0.0;
+    }
+}
+
+impl Rows for Shops {
+    fn fields() -> Vec<(&'static str, Ty)> {
+        vec![("region", Ty::Str), ("price", Ty::Float)]
+    }
+    fn rows(&self) -> Vec<(String, Vec<Lit>)> {
+        let shops = [("a", "north", 1.0), ("b", "north", 2.0), ("c", "south", 3.0)];
+        let row = |(label, region, price): (&str, &str, f64)| {
+            (label.to_owned(), vec![region.into(), Lit::Real(price + self.rise)])
+        };
+        shops.into_iter().map(row).collect()
+    }
+}
+
+fn registry() -> Registry {
+    ivx_library::registry().op::<Sell>().parts(buyers()).rows::<Shops>()
+}
+
+/// A checked and expanded spec.
+fn plan(text: &str) -> Plan {
+    let (ast, faults) = parse(text, 0);
+    assert_eq!(faults, []);
+    let file = File {
+        path: "toys.ivx".to_owned(),
+        stem: "toys".to_owned(),
+        text: text.to_owned(),
+        ast,
+        ..File::default()
+    };
+    let project = Project { files: vec![file] };
+    let (spec, faults) = check(&project, &registry(), &Settings::default());
+    assert_eq!(faults, []);
+    expand(&spec, &registry())
+}
+
+fn run(plan: &Plan, cache: &Path) -> Outcome {
+    let mut cache = Cache::open(cache, &platform()).expect("the cache opens");
+    let options = Options { jobs: 2, fail_fast: false, library: "toys".to_owned() };
+    let wanted = wanted(plan);
+    let outcome = schedule(plan, &registry(), &mut cache, &options, &wanted, &mut Silence);
+    cache.close().expect("the cache closes");
+    outcome.expect("the cache works")
+}
+
+/// The numbers of the output whose first node has this address.
+fn values(plan: &Plan, outcome: &Outcome, address: &str) -> Vec<f64> {
+    let node = |source: &Source| match source {
+        Source::Node(node) => Some(*node),
+        Source::Number(_) => None,
+    };
+    let of = plan.outputs.values().find(|family| {
+        let first = family.sources.first().and_then(node);
+        first.is_some_and(|node| plan.graph[node].address.starts_with(address))
+    });
+    let sources = &of.expect("there is such an output").sources;
+    let arrays = sources
+        .iter()
+        .filter_map(node)
+        .map(|node| Array::decode(&outcome.values[&node]).expect("outputs are arrays").values);
+    arrays.flatten().collect()
+}
+
+/// How many nodes of each operation ran.
+fn ran(plan: &Plan, outcome: &Outcome) -> BTreeMap<String, usize> {
+    let mut ran = BTreeMap::new();
+    for (step, node) in plan.graph.node_weights().zip(&outcome.nodes) {
+        if matches!(node.fate, Fate::Ran { .. }) {
+            *ran.entry(step.op.clone()).or_default() += 1;
+        }
+    }
+    ran
+}
+
+const MARKET: &str = r#"edition "2026"
+
+experiment market {
+    axis shop(region, price) = shops()
+    axis rich = [1.5, 2.5]
+    axis kind = ["careful", "fixed"]
+    let data  = sample(sinusoids(), n: 3, noise: 0.0)
+    let model = train(linear_mle(features: polynomial(degree: 0)), on: data)
+    let limit = rich * (2.0 + 0.0 * rmse(model, on: data))
+    let buyer = match kind { "careful": careful(limit: limit), "fixed": careful(limit: 4) }
+    let day   = sell(buyer, shop.price)
+    measure sold   = sum(day.sold, over: customer)
+    measure income = mean(day.income, over: shop, by: shop.region)
+    measure kept   = day[rich: 2.5, kind: "careful"].income
+}
+"#;
+
+#[test]
+fn a_part_holds_what_was_computed_and_each_field_counts_on_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = plan(MARKET);
+    let outcome = run(&first, folder.path());
+    // Limits 3 and 5 of the careful, 4 of the others; prices 1, 2, 3.
+    let sold = [
+        [[2.0, 1.0, 1.0], [2.0, 2.0, 1.0]], // careful
+        [[2.0, 2.0, 1.0], [2.0, 2.0, 1.0]],
+    ];
+    let flat: Vec<f64> = sold.iter().flatten().flatten().copied().collect();
+    assert_eq!(values(&first, &outcome, "market/sold"), flat);
+    // North: the mean of shops a and b; by kind, region, rich.
+    let income = [2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0];
+    assert_eq!(values(&first, &outcome, "market/income"), income);
+    assert_eq!(values(&first, &outcome, "market/kept"), [2.0, 4.0, 3.0]);
+
+    // The share changes every sale and every income; what is sold it leaves alone.
+    let second = plan(&MARKET.replace("sell(buyer, shop.price)", "sell(buyer, shop.price, 0.5)"));
+    let outcome = run(&second, folder.path());
+    let ran = ran(&second, &outcome);
+    assert_eq!(ran.get("sum"), None, "{ran:?}");
+    assert!(ran["sell"] >= 9 && ran["mean"] >= 1, "{ran:?}");
+    assert_eq!(values(&second, &outcome, "market/kept"), [1.0, 2.0, 1.5]);
+}
+
+#[test]
+fn a_part_can_hold_a_whole_ensemble() {
+    let text = r#"edition "2026"
+
+experiment market {
+    let data = sample(sinusoids(), n: 5, noise: 0.0)
+    let models = train(ensemble(linear_mle(features: polynomial(degree: 0)), members: 3), on: data)
+    let limits = 5.0 + 0.0 * rmse(models, on: data)
+    measure income = sell(crowd(limits), 2.0).income
+}
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(text);
+    let outcome = run(&plan, folder.path());
+    assert_eq!(values(&plan, &outcome, "market/income"), [4.0]);
+}
+
+#[test]
+fn only_what_is_selected_is_computed() {
+    let text = r#"edition "2026"
+
+experiment market {
+    axis shop(region, price) = shops()
+    axis limit = [1.0, 2.0, 3.0]
+    let day = sell(careful(limit), shop.price)
+    measure one = day[shop: "b", limit: 3.0].income
+}
+"#;
+    let plan = plan(text);
+    let ops: Vec<&str> = plan.graph.node_weights().map(|step| step.op.as_str()).collect();
+    assert_eq!(ops, ["sell", "field"]);
+}
