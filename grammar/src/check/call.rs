@@ -245,25 +245,21 @@ impl<'a> Checker<'a> {
         desc: &Desc,
         expr: &ast::Expr,
     ) -> bool {
-        let Some(places) = self.places(&desc.axes(), expr.span) else { return false };
-        for place in places {
+        let bad = self.places(&desc.axes()).find_map(|place| {
             let lit = desc.eval(&self.spec.axes, &place).expect("was seen to have a value");
-            let Some(bad) = outside(range, &lit) else {
-                continue;
-            };
-            let place = self.whereabouts(&place);
-            let unit = arg.in_unit();
-            let message =
-                format!("`{}.{}` must be {range}{unit}, found {bad}{place}", decl.name, arg.name);
-            let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
-            let origin = self.origin(at, expr);
-            self.fault(match origin {
-                Some((span, by)) => fault.also(span, format!("set here by {by}")),
-                None => fault,
-            });
-            return false;
-        }
-        true
+            outside(range, &lit).map(|bad| (bad.to_string(), self.whereabouts(&place)))
+        });
+        let Some((bad, place)) = bad else { return true };
+        let unit = arg.in_unit();
+        let message =
+            format!("`{}.{}` must be {range}{unit}, found {bad}{place}", decl.name, arg.name);
+        let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
+        let origin = self.origin(at, expr);
+        self.fault(match origin {
+            Some((span, by)) => fault.also(span, format!("set here by {by}")),
+            None => fault,
+        });
+        false
     }
 
     /// Who set the parameter that an expression names.

@@ -29,7 +29,7 @@ impl<'a> Checker<'a> {
     /// `seed` is declared. Nothing of it is kept.
     pub(super) fn unused_declarations(&mut self) {
         self.memo.clear();
-        let (n_exprs, n_nodes) = (self.spec.exprs.len(), self.n_nodes);
+        let (n_exprs, n_nodes, n_values) = (self.spec.exprs.len(), self.n_nodes, self.n_values);
         self.seed = Some(self.any_seed());
         for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
             for item in self.scopes.all[scope].items {
@@ -46,7 +46,7 @@ impl<'a> Checker<'a> {
         self.memo.clear();
         self.spec.exprs.truncate(n_exprs);
         self.spans.truncate(n_exprs);
-        self.n_nodes = n_nodes;
+        (self.n_nodes, self.n_values) = (n_nodes, n_values);
     }
 
     fn seed_axis(&mut self, scope: usize) -> Option<crate::ir::AxisId> {
