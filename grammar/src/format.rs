@@ -3,7 +3,7 @@
 mod layout;
 mod page;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod token;
 mod tree;
 

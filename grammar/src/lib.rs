@@ -8,6 +8,8 @@ pub mod check;
 mod diagnostic;
 mod format;
 pub mod ir;
+#[cfg(test)]
+mod laws;
 mod literal;
 mod parse;
 mod span;

@@ -3,8 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rand::{RngExt as _, SeedableRng as _};
-
 use super::format;
 use crate::parse;
 use crate::parse::scan;
@@ -155,41 +153,6 @@ fn the_layout_of_every_spec_is_lawful() {
     }
 }
 
-#[test]
-fn the_layout_does_not_depend_on_the_one_before() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
-    let mut specs = Vec::new();
-    for folder in ["experiments", "tests/specs"] {
-        collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder), &mut specs);
-    }
-    for spec in &specs {
-        let text = fs::read_to_string(spec).unwrap();
-        let formatted = format(&text).unwrap();
-        for _ in 0..20 {
-            let blanks = || [" ", "  ", "\n", "\t", "\r\n "][rng.random_range(0..5)].to_owned();
-            assert_eq!(format(&between(&text, blanks)).unwrap(), formatted);
-        }
-    }
-    for spec in &specs {
-        let text = fs::read_to_string(spec).unwrap();
-        for n in 0..100 {
-            let mut made = 0;
-            let comments = || {
-                made += 1;
-                match rng.random_range(0..2 + n) {
-                    0 => format!(" // c{made}\n"),
-                    1 => format!("\n\n//// c{made} \n\n"),
-                    2 => format!("\n// c{made}\n"),
-                    3 => "\n\n\n".to_owned(),
-                    _ => " ".to_owned(),
-                }
-            };
-            let mangled = between(&text, comments);
-            lawful(&mangled, &format(&mangled).unwrap());
-        }
-    }
-}
-
 /// Checks the layout of a text behind an edition.
 #[track_caller]
 fn check(text: &str, expected: &str) {
@@ -201,14 +164,14 @@ fn check(text: &str, expected: &str) {
 
 /// Checks that a layout keeps the tree and the comments, and is its own.
 #[track_caller]
-fn lawful(text: &str, formatted: &str) {
+pub(crate) fn lawful(text: &str, formatted: &str) {
     assert_eq!(tree(text), tree(formatted), "{text}\n---\n{formatted}");
     assert_eq!(comments(text), comments(formatted), "{text}\n---\n{formatted}");
     assert_eq!(format(formatted).as_deref(), Ok(formatted), "{text}");
 }
 
 /// The tree without spans.
-fn tree(text: &str) -> Vec<String> {
+pub(crate) fn tree(text: &str) -> Vec<String> {
     let (ast, _) = parse(text, 0);
     let edition = ast.edition.map(|edition| edition.value);
     edition.into_iter().chain(ast.items.iter().map(dump::item)).collect()
@@ -225,26 +188,6 @@ fn comments(text: &str) -> Vec<&str> {
         if at == gap.next {
             return comments;
         }
-    }
-}
-
-/// The text with more between its tokens, where blanks are but no empty line and no comment.
-fn between(text: &str, mut more: impl FnMut() -> String) -> String {
-    let (mut mangled, mut at) = (String::new(), 0);
-    loop {
-        let gap = scan::gap(text, at);
-        let blanks = &text[at..gap.next];
-        let end = scan::token_end(text, gap.next);
-        if gap.blank || !gap.comments.is_empty() || blanks.is_empty() || end == gap.next {
-            mangled += blanks;
-        } else {
-            mangled += &more();
-        }
-        mangled += &text[gap.next..end];
-        if end == gap.next {
-            return mangled;
-        }
-        at = end;
     }
 }
 

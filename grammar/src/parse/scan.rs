@@ -21,7 +21,7 @@ pub(crate) const ITEM_WORDS: [&str; 13] = [
 ];
 
 /// Whether `word` cannot be a name.
-pub(super) fn is_reserved(word: &str) -> bool {
+pub(crate) fn is_reserved(word: &str) -> bool {
     ITEM_WORDS.contains(&word) || ["as", "false", "match", "true"].contains(&word)
 }
 
@@ -186,7 +186,8 @@ pub(super) fn unclosed(text: &str, from: usize, to: usize) -> Result<Vec<usize>,
     Ok(open.into_iter().map(|(_, start)| start).collect())
 }
 
-fn is_word(token: &str) -> bool {
+/// Whether a token is a word or a number.
+pub(super) fn is_word(token: &str) -> bool {
     token.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_')
 }
 
