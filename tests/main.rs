@@ -7,6 +7,7 @@ mod examples;
 mod experiments;
 mod explain;
 mod failures;
+mod keys;
 mod layout;
 mod new;
 mod project;
