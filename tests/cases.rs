@@ -5,6 +5,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use ivx_grammar::Code;
+
 use crate::project::Project;
 
 #[test]
@@ -23,6 +25,14 @@ fn every_case_says_what_it_should() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_code_has_a_case() {
+    let said: String = cases().iter().map(|case| check(case)).collect();
+    for code in Code::ALL {
+        assert!(said.contains(&code.to_string()), "{code}: {}", code.docs());
+    }
 }
 
 #[test]
