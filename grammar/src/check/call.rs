@@ -210,8 +210,8 @@ impl<'a> Checker<'a> {
                     message,
                     format!("`{}` is left out", arg.name),
                 );
-                let docs = arg.docs.trim();
-                self.fault(fault.help(format!("write `{}: ...`; {docs}", arg.name)));
+                let what = clause(arg.docs);
+                self.fault(fault.help(format!("write `{}: ...`: {what}", arg.name)));
                 complete = false;
             }
         }
@@ -392,5 +392,17 @@ fn outside(range: ivx_op::Range, lit: &Lit) -> Option<&Lit> {
     match lit {
         Lit::List(items) => items.iter().find_map(|item| outside(range, item)),
         number => number.as_f64().filter(|x| !range.contains(*x)).map(|_| lit),
+    }
+}
+
+/// The first sentence of docs, to stand within another.
+fn clause(docs: &str) -> String {
+    let sentence = docs.trim().split(". ").next().unwrap_or_default().trim_end_matches('.');
+    let mut chars = sentence.chars();
+    match chars.next() {
+        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => {
+            first.to_lowercase().chain(chars).collect()
+        }
+        _ => sentence.to_owned(),
     }
 }

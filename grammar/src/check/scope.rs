@@ -192,6 +192,13 @@ impl<'a> Scope<'a> {
         for item in items {
             match &item.kind {
                 ItemKind::Junk { names: None } => lost.push(None),
+                // It stands where it may not.
+                ItemKind::Use { names, .. } if parent.is_some() => match names {
+                    None => lost.push(None),
+                    Some(names) => {
+                        lost.extend(names.iter().map(|(_, new)| Some(new.value.as_str())));
+                    }
+                },
                 ItemKind::Junk { names: Some(names) } => {
                     lost.extend(names.iter().map(|name| Some(name.value.as_str())));
                 }
