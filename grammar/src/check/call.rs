@@ -126,9 +126,9 @@ impl<'a> Checker<'a> {
                     message,
                     format!("`{}` is left out", arg.name),
                 );
-                let docs = arg.docs.trim();
+                let what = clause(arg.docs);
                 let unit = arg.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
-                self.fault(fault.help(format!("write `{}: ...`{unit}; {docs}", arg.name)));
+                self.fault(fault.help(format!("write `{}: ...`{unit}: {what}", arg.name)));
                 complete = false;
             }
         }
@@ -279,5 +279,17 @@ fn outside(range: ivx_op::Range, lit: &Lit) -> Option<&Lit> {
     match lit {
         Lit::List(items) => items.iter().find_map(|item| outside(range, item)),
         number => number.as_f64().filter(|x| !range.contains(*x)).map(|_| lit),
+    }
+}
+
+/// The first sentence of docs, to stand within another.
+fn clause(docs: &str) -> String {
+    let sentence = docs.trim().split(". ").next().unwrap_or_default().trim_end_matches('.');
+    let mut chars = sentence.chars();
+    match chars.next() {
+        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => {
+            first.to_lowercase().chain(chars).collect()
+        }
+        _ => sentence.to_owned(),
     }
 }

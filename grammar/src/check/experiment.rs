@@ -14,6 +14,7 @@ use crate::{Code, Diagnostic, Span, Spanned};
 impl<'a> Checker<'a> {
     /// Checks every experiment, in the order of inclusion.
     pub(super) fn experiments(&mut self) {
+        self.outside();
         for scope in self.scopes.experiments.clone() {
             self.memo.clear();
             self.experiment = Some(scope);
@@ -47,6 +48,23 @@ impl<'a> Checker<'a> {
         self.spec.exprs.truncate(n_exprs);
         self.spans.truncate(n_exprs);
         (self.n_nodes, self.n_values) = (n_nodes, n_values);
+    }
+
+    /// Reports what only experiments can hold, where it stands in a file.
+    fn outside(&mut self) {
+        let project = self.project;
+        for item in project.files.iter().flat_map(|file| &file.ast.items) {
+            let (what, span) = match &item.kind {
+                ItemKind::Measure { name, .. } => ("a measure", name.span),
+                ItemKind::Figure { name, .. } => ("a figure", name.span),
+                ItemKind::Table { name, .. } => ("a table", name.span),
+                ItemKind::Claim { name, .. } => ("a claim", name.span),
+                _ => continue,
+            };
+            let message = format!("{what} stands outside of experiments");
+            let fault = Diagnostic::new(Code::Syntax, span, message, "no experiment holds it");
+            self.fault(fault.help("move it into an experiment"));
+        }
     }
 
     fn seed_axis(&mut self, scope: usize) -> Option<crate::ir::AxisId> {

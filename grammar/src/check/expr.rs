@@ -102,8 +102,10 @@ impl<'a> Checker<'a> {
             if self.scopes.lost(at.scope, name) {
                 return Val::Poison;
             }
-            let known = self.scopes.known(at.scope);
-            let help = suggest(name, known.into_iter().chain(at.locals.keys().map(String::as_str)));
+            // What is being defined cannot be meant.
+            let known = self.scopes.known(at.scope).into_iter();
+            let known = known.filter(|known| !self.active.iter().any(|(_, own)| own == known));
+            let help = suggest(name, known.chain(at.locals.keys().map(String::as_str)));
             let fault = Diagnostic::new(
                 Code::UnknownName,
                 span,
