@@ -9,7 +9,7 @@ use ivx_engine::{Source, expand, key, number_digest};
 use ivx_grammar::check::{File, Project, Settings, check};
 use ivx_grammar::{format, parse};
 use proptest::collection::vec;
-use proptest::prelude::{BoxedStrategy, ProptestConfig, Strategy, any, prop_oneof, proptest};
+use proptest::prelude::{BoxedStrategy, Just, ProptestConfig, Strategy, any, prop_oneof, proptest};
 use proptest::sample::{Index, select};
 use proptest::test_runner::RngSeed;
 
@@ -99,8 +99,8 @@ fn operation() -> BoxedStrategy<Operation> {
     let op = select(vec!["+", "-", "*", "/", "<", "<=", ">", ">=", "==", "!="]);
     let reduction = select(vec!["mean", "max", "std", "share"]);
     prop_oneof![
-        proptest::strategy::Just(Operation::Truth),
-        proptest::strategy::Just(Operation::Spread),
+        Just(Operation::Truth),
+        Just(Operation::Spread),
         (-2.0..2.0_f64, one()).prop_map(|(by, x)| Operation::Scaled(by, x)),
         one().prop_map(Operation::Negated),
         (op, one(), one()).prop_map(|(op, left, right)| Operation::Combined(op, left, right)),
@@ -112,6 +112,7 @@ fn operation() -> BoxedStrategy<Operation> {
 
 /// One way to write an experiment.
 #[derive(Clone, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a way to write of its own")]
 struct Writing {
     /// Whether names have others.
     renamed: bool,
@@ -165,33 +166,37 @@ struct Value {
     axes: Vec<&'static str>,
 }
 
-fn plain(text: impl ToString) -> Term {
-    Term::Plain(text.to_string())
+fn plain(text: &str) -> Term {
+    Term::Plain(text.to_owned())
+}
+
+fn number(n: i64) -> Term {
+    Term::Plain(n.to_string())
 }
 
 impl Experiment {
     /// The `let`s: data, models, and then the results.
     fn lets(&self) -> (Vec<Term>, Vec<Value>) {
         let grid = || {
-            let args = vec![("low", plain("-1.0")), ("high", plain("1.0")), ("points", plain(3))];
+            let args = vec![("low", plain("-1.0")), ("high", plain("1.0")), ("points", number(3))];
             Term::Call("grid", args)
         };
         let reward = || Term::Call("sinusoids", vec![]);
         let sample = |n: i64, stream: &str| {
             let args = vec![
                 ("reward", reward()),
-                ("n", plain(n)),
-                ("noise", plain(format!("{:?}", self.noise))),
-                ("stream", plain(format!("{stream:?}"))),
+                ("n", number(n)),
+                ("noise", plain(&format!("{:?}", self.noise))),
+                ("stream", plain(&format!("{stream:?}"))),
             ];
             Term::Call("sample", args)
         };
         let train = |learner: Term, steps: i64| {
-            let args = vec![("learner", learner), ("on", Term::Bound(0)), ("steps", plain(steps))];
+            let args = vec![("learner", learner), ("on", Term::Bound(0)), ("steps", number(steps))];
             Term::Call("train", args)
         };
         let net = Term::Call("map_estimate", vec![("noise", plain("0.2"))]);
-        let ensemble = Term::Call("ensemble", vec![("learner", net), ("members", plain(2))]);
+        let ensemble = Term::Call("ensemble", vec![("learner", net), ("members", number(2))]);
         let made = vec![
             sample(self.n, "main"),
             sample(9, "test"),
@@ -231,7 +236,7 @@ impl Experiment {
                 }
                 Operation::Scaled(by, x) => {
                     let (x, axes) = taken(x);
-                    (Term::Binary("*", Box::new(plain(format!("({by:?})"))), x), axes)
+                    (Term::Binary("*", Box::new(plain(&format!("({by:?})"))), x), axes)
                 }
                 Operation::Negated(x) => {
                     let (x, axes) = taken(x);
@@ -343,7 +348,8 @@ impl Writing {
         let mut items: Vec<_> = items.iter().enumerate().collect();
         items.sort_by_key(|(i, _)| self.order.get(i % self.order.len().max(1)));
         let comment = if self.commented { "   // so\n\n// and so" } else { "" };
-        items.iter().map(|(_, item)| format!("{item}{comment}\n")).collect()
+        let items = items.iter().map(|(_, item)| format!("{item}{comment}\n"));
+        items.collect::<Vec<_>>().concat()
     }
 
     fn inlines(&self, i: usize) -> bool {
@@ -404,7 +410,7 @@ fn keys(texts: &[String]) -> Vec<Digest> {
             text: text.clone(),
             ast,
             links,
-            texts: BTreeMap::new(),
+            ..File::default()
         }
     });
     let project = Project { files: files.collect() };

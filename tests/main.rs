@@ -2,6 +2,7 @@
 
 mod cases;
 mod claims;
+mod design;
 mod docs;
 mod editors;
 mod examples;

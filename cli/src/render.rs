@@ -100,9 +100,15 @@ impl Source {
         self.text[start..at].chars().filter(|c| *c != '\u{feff}').count()
     }
 
-    fn labelled(&self, label: &Label) -> LabeledSpan {
+    /// - `primary`: whether it is the place named above the lines shown.
+    fn labelled(&self, label: &Label, primary: bool) -> LabeledSpan {
         let (start, end) = self.range(label.span);
-        LabeledSpan::new(Some(safe(&label.text)), start, end - start)
+        let text = Some(safe(&label.text));
+        if primary {
+            LabeledSpan::new_primary_with_span(text, (start, end - start))
+        } else {
+            LabeledSpan::new(text, start, end - start)
+        }
     }
 }
 
@@ -171,7 +177,8 @@ impl<'a> Report<'a> {
             diagnostic.labels.iter().partition(|label| Some(label.span.file) == file);
         let labels = |labels: &[&Label], source: Option<&Source>| {
             source.map_or(Vec::new(), |source| {
-                labels.iter().map(|label| source.labelled(label)).collect()
+                let labels = labels.iter().enumerate();
+                labels.map(|(i, label)| source.labelled(label, i == 0)).collect()
             })
         };
         let elsewhere = there.iter().map(|label| Self {

@@ -189,9 +189,8 @@ fn written(tokens: &[Token], gaps: &[String]) -> String {
         }
         text += &token.text;
         match token.behind {
-            Behind::Anything => text += gap,
             Behind::Blanks if gap.contains('/') => {}
-            Behind::Blanks => text += gap,
+            Behind::Anything | Behind::Blanks => text += gap,
             Behind::Line => {
                 text.push('\n');
                 text += gap;

@@ -229,7 +229,8 @@ impl Reader<'_> {
                 // The slice ends in comments.
                 return self.built(pair, block, first);
             }
-            if gap.next == fault.place {
+            // What stands before `=` was not meant for a value.
+            if gap.next == fault.place && !self.text[gap.next..].starts_with('=') {
                 let item = self.built(pair, block, first);
                 // A word on a new line is a misspelt item, which is not this one's fault.
                 if !gap.newline || !self.text[gap.next..].starts_with(char::is_alphabetic) {
@@ -253,9 +254,12 @@ impl Reader<'_> {
     fn experiment(&mut self, outer: Option<Block>) -> Item {
         let start = self.pos;
         if let Some(outer) = outer {
-            let fault = Fault::plain(self.text, start, "an experiment stands inside another");
+            let message = "an experiment stands inside another";
+            let word = self.span(start, scan::token_end(self.text, start));
             let begin = self.span(outer.start, outer.open);
-            let fault = fault.diagnostic(self.text, self.file).also(begin, "the other begins here");
+            let fault = Diagnostic::new(Code::Syntax, word, message, "begins inside it")
+                .also(begin, "the other begins here")
+                .help("move it behind the `}` of the other");
             self.diagnostics.push(fault);
             self.pos = match self.brace() {
                 Some(brace) => scan::block_end(self.text, brace),

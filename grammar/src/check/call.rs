@@ -126,9 +126,9 @@ impl<'a> Checker<'a> {
                     message,
                     format!("`{}` is left out", arg.name),
                 );
-                let docs = arg.docs.trim();
+                let what = clause(arg.docs);
                 let unit = arg.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
-                self.fault(fault.help(format!("write `{}: ...`{unit}; {docs}", arg.name)));
+                self.fault(fault.help(format!("write `{}: ...`{unit}: {what}", arg.name)));
                 complete = false;
             }
         }
@@ -245,25 +245,21 @@ impl<'a> Checker<'a> {
         desc: &Desc,
         expr: &ast::Expr,
     ) -> bool {
-        let Some(places) = self.places(&desc.axes(), expr.span) else { return false };
-        for place in places {
+        let bad = self.places(&desc.axes()).find_map(|place| {
             let lit = desc.eval(&self.spec.axes, &place).expect("was seen to have a value");
-            let Some(bad) = outside(range, &lit) else {
-                continue;
-            };
-            let place = self.whereabouts(&place);
-            let unit = arg.in_unit();
-            let message =
-                format!("`{}.{}` must be {range}{unit}, found {bad}{place}", decl.name, arg.name);
-            let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
-            let origin = self.origin(at, expr);
-            self.fault(match origin {
-                Some((span, by)) => fault.also(span, format!("set here by {by}")),
-                None => fault,
-            });
-            return false;
-        }
-        true
+            outside(range, &lit).map(|bad| (bad.to_string(), self.whereabouts(&place)))
+        });
+        let Some((bad, place)) = bad else { return true };
+        let unit = arg.in_unit();
+        let message =
+            format!("`{}.{}` must be {range}{unit}, found {bad}{place}", decl.name, arg.name);
+        let fault = Diagnostic::new(Code::Range, expr.span, message, "out of range");
+        let origin = self.origin(at, expr);
+        self.fault(match origin {
+            Some((span, by)) => fault.also(span, format!("set here by {by}")),
+            None => fault,
+        });
+        false
     }
 
     /// Who set the parameter that an expression names.
@@ -283,5 +279,17 @@ fn outside(range: ivx_op::Range, lit: &Lit) -> Option<&Lit> {
     match lit {
         Lit::List(items) => items.iter().find_map(|item| outside(range, item)),
         number => number.as_f64().filter(|x| !range.contains(*x)).map(|_| lit),
+    }
+}
+
+/// The first sentence of docs, to stand within another.
+fn clause(docs: &str) -> String {
+    let sentence = docs.trim().split(". ").next().unwrap_or_default().trim_end_matches('.');
+    let mut chars = sentence.chars();
+    match chars.next() {
+        Some(first) if chars.clone().next().is_some_and(char::is_lowercase) => {
+            first.to_lowercase().chain(chars).collect()
+        }
+        _ => sentence.to_owned(),
     }
 }

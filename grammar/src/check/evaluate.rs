@@ -9,9 +9,6 @@ use super::{Checker, MAX_NODES};
 use crate::ir::{AxisId, Desc, Place};
 use crate::{Code, Diagnostic, Span};
 
-/// Most coordinates at which one description is evaluated beforehand.
-const MAX_CHECKED: usize = 100_000;
-
 impl Checker<'_> {
     /// A description, unless lists of lists made it too large.
     pub(super) fn bounded(&mut self, desc: Desc, ty: Ty, span: Span) -> Val {
@@ -27,33 +24,38 @@ impl Checker<'_> {
         if !desc.computes() {
             return true;
         }
-        let Some(places) = self.places(&desc.axes(), span) else { return false };
-        for place in places {
-            if let Err(why) = desc.eval(&self.spec.axes, &place) {
-                let message = format!("{why}{}", self.whereabouts(&place));
+        let axes = desc.axes();
+        if self.extent(&axes) > self.max_nodes {
+            let n = self.extent(&axes);
+            self.too_many(format!("there are {n} values of this"), span);
+            return false;
+        }
+        let bad = self.places(&axes).find_map(|place| {
+            let why = desc.eval(&self.spec.axes, &place).err()?;
+            Some(format!("{why}{}", self.whereabouts(&place)))
+        });
+        match bad {
+            None => true,
+            Some(message) => {
                 self.fault(Diagnostic::new(Code::Number, span, message, "has no value"));
-                return false;
+                false
             }
         }
-        true
     }
 
-    /// Every place on some axes, unless there are too many to look at.
-    pub(super) fn places(&mut self, axes: &BTreeSet<AxisId>, span: Span) -> Option<Vec<Place>> {
-        if self.extent(axes) > MAX_CHECKED {
-            self.outgrown(format!("this has more than {MAX_CHECKED} values"), span);
-            return None;
-        }
-        let mut places = vec![Place::new()];
-        for axis in axes {
-            let n = self.spec.axis(*axis).coords.len();
-            let along = |place: Place| {
-                (0..n)
-                    .map(move |i| place.iter().map(|(a, b)| (*a, *b)).chain([(*axis, i)]).collect())
+    /// Every place on some axes, last axis fastest.
+    pub(super) fn places(&self, axes: &BTreeSet<AxisId>) -> impl Iterator<Item = Place> {
+        let sizes = axes.iter().map(|axis| (*axis, self.spec.axis(*axis).coords.len()));
+        let sizes: Vec<(AxisId, usize)> = sizes.collect();
+        let n: usize = sizes.iter().map(|(_, size)| size).product();
+        (0..n).map(move |mut i| {
+            let coordinate = |(axis, size): &(AxisId, usize)| {
+                let coordinate = i % size;
+                i /= size;
+                (*axis, coordinate)
             };
-            places = places.into_iter().flat_map(along).collect();
-        }
-        Some(places)
+            sizes.iter().rev().map(coordinate).collect()
+        })
     }
 
     /// ` at n = 0, ke = WCM`, for messages; nothing if there are no axes.

@@ -14,6 +14,7 @@ use crate::{Code, Diagnostic, Span, Spanned};
 impl<'a> Checker<'a> {
     /// Checks every experiment, in the order of inclusion.
     pub(super) fn experiments(&mut self) {
+        self.outside();
         for scope in self.scopes.experiments.clone() {
             self.memo.clear();
             self.experiment = Some(scope);
@@ -29,7 +30,7 @@ impl<'a> Checker<'a> {
     /// `seed` is declared. Nothing of it is kept.
     pub(super) fn unused_declarations(&mut self) {
         self.memo.clear();
-        let (n_exprs, n_nodes) = (self.spec.exprs.len(), self.n_nodes);
+        let (n_exprs, n_nodes, n_values) = (self.spec.exprs.len(), self.n_nodes, self.n_values);
         self.seed = Some(self.any_seed());
         for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
             for item in self.scopes.all[scope].items {
@@ -46,7 +47,24 @@ impl<'a> Checker<'a> {
         self.memo.clear();
         self.spec.exprs.truncate(n_exprs);
         self.spans.truncate(n_exprs);
-        self.n_nodes = n_nodes;
+        (self.n_nodes, self.n_values) = (n_nodes, n_values);
+    }
+
+    /// Reports what only experiments can hold, where it stands in a file.
+    fn outside(&mut self) {
+        let project = self.project;
+        for item in project.files.iter().flat_map(|file| &file.ast.items) {
+            let (what, span) = match &item.kind {
+                ItemKind::Measure { name, .. } => ("a measure", name.span),
+                ItemKind::Figure { name, .. } => ("a figure", name.span),
+                ItemKind::Table { name, .. } => ("a table", name.span),
+                ItemKind::Claim { name, .. } => ("a claim", name.span),
+                _ => continue,
+            };
+            let message = format!("{what} stands outside of experiments");
+            let fault = Diagnostic::new(Code::Syntax, span, message, "no experiment holds it");
+            self.fault(fault.help("move it into an experiment"));
+        }
     }
 
     fn seed_axis(&mut self, scope: usize) -> Option<crate::ir::AxisId> {

@@ -102,8 +102,10 @@ impl<'a> Checker<'a> {
             if self.scopes.lost(at.scope, name) {
                 return Val::Poison;
             }
-            let known = self.scopes.known(at.scope);
-            let help = suggest(name, known.into_iter().chain(at.locals.keys().map(String::as_str)));
+            // What is being defined cannot be meant.
+            let known = self.scopes.known(at.scope).into_iter();
+            let known = known.filter(|known| !self.active.iter().any(|(_, own)| own == known));
+            let help = suggest(name, known.chain(at.locals.keys().map(String::as_str)));
             let fault = Diagnostic::new(
                 Code::UnknownName,
                 span,
@@ -261,10 +263,17 @@ impl<'a> Checker<'a> {
             if op.compares() && (numbers || alike) {
                 return self.arithmetic(op, a.clone(), b.clone(), Ty::Bool, span);
             }
-            if !numbers {
+            if !numbers && op.compares() && !is_number(a_ty) && !is_number(b_ty)
+                || !numbers && matches!(op, BinaryOp::Equal | BinaryOp::Unequal)
+            {
                 let symbol = op.symbol();
                 let message = format!("`{symbol}` is not defined for {a_ty} and {b_ty}");
                 return self.fault(Diagnostic::new(Code::Type, span, message, "do not combine"));
+            }
+            if !numbers {
+                let (odd, span) = if is_number(a_ty) { (b_ty, b_span) } else { (a_ty, a_span) };
+                let message = format!("expected a number or an array, found {odd}");
+                return self.fault(Diagnostic::new(Code::Type, span, message, "not a number"));
             }
             let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op != BinaryOp::Div;
             let ty = if whole { Ty::Int } else { Ty::Float };
@@ -401,10 +410,13 @@ impl<'a> Checker<'a> {
 
     /// Adds an expression to the program.
     pub(super) fn push(&mut self, expr: Expr, span: Span) -> ExprId {
-        if matches!(expr.kind, ir::ExprKind::Op(_)) {
-            self.n_nodes = self.n_nodes.saturating_add(self.extent(&expr.axes));
+        let extent = self.extent(&expr.axes);
+        if matches!(expr.kind, ir::ExprKind::Op(_) | ir::ExprKind::Number(_)) {
+            self.n_nodes = self.n_nodes.saturating_add(extent);
         }
-        if self.n_nodes > self.max_nodes {
+        // Selections are no nodes, but not free.
+        self.n_values = self.n_values.saturating_add(extent);
+        if self.n_nodes > self.max_nodes || self.n_values / 16 > self.max_nodes {
             let sizes = expr.axes.iter().map(|axis| {
                 let axis = self.spec.axis(*axis);
                 format!("{} {}", axis.coords.len(), axis.name)

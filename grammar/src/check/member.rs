@@ -10,12 +10,16 @@ use crate::{Code, Diagnostic, Span};
 
 impl Checker<'_> {
     /// The member axis that descriptions ask for.
+    ///
+    /// - `own`: how many members the operation itself asks for.
     pub(super) fn members_of(
         &mut self,
         descs: &BTreeMap<String, Desc>,
+        own: Option<&Desc>,
         span: Span,
     ) -> Result<Option<AxisId>, ()> {
-        let mut counts: Vec<Option<i64>> = Vec::new();
+        let number = |desc: &Desc| if let Desc::Lit(Lit::Int(n)) = desc { Some(*n) } else { None };
+        let mut counts: Vec<Option<i64>> = own.map(number).into_iter().collect();
         for desc in descs.values() {
             let mut lits: Vec<Lit> = Vec::new();
             let mut axes = BTreeSet::new();
@@ -29,11 +33,7 @@ impl Checker<'_> {
                     let own = decl
                         .and_then(|decl| decl.args.iter().find(|arg| arg.kind == ArgKind::Members));
                     if let Some(desc) = own.and_then(|arg| args.get(arg.name)) {
-                        counts.push(if let Desc::Lit(Lit::Int(n)) = desc {
-                            Some(*n)
-                        } else {
-                            None
-                        });
+                        counts.push(number(desc));
                     }
                 }
                 _ => {}

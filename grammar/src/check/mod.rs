@@ -107,6 +107,7 @@ pub fn check(
         drawn: Vec::new(),
         published: BTreeMap::new(),
         n_nodes: 0,
+        n_values: 0,
         max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
         n_steps: 0,
         depth: 0,
@@ -177,6 +178,8 @@ struct Checker<'a> {
     published: BTreeMap<(usize, String), ivx_op::Published>,
     /// Nodes so far, and the most there may be.
     n_nodes: usize,
+    /// Values of expressions so far, selections too.
+    n_values: usize,
     max_nodes: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.
     n_steps: usize,

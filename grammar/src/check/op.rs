@@ -37,7 +37,7 @@ impl<'a> Checker<'a> {
         let mut descs = BTreeMap::new();
         let mut fed: Vec<Fed<'_>> = Vec::new();
         let mut named: Vec<(&ArgDecl, Vec<Named<'a>>)> = Vec::new();
-        let mut groups = None;
+        let (mut groups, mut own_members) = (None, None);
         let mut sound = true;
         for (arg, given) in args {
             match (&arg.kind, given) {
@@ -58,6 +58,10 @@ impl<'a> Checker<'a> {
                     Some(names) => named.push((*arg, names)),
                     None => sound = false,
                 },
+                (ArgKind::Members, _) => match self.literal_arg(&inner, decl, arg, *given) {
+                    Some(desc) => own_members = Some(desc),
+                    None => sound = false,
+                },
                 _ => match self.literal_arg(&inner, decl, arg, *given) {
                     Some(desc) => {
                         descs.insert(arg.name.to_owned(), desc);
@@ -66,7 +70,7 @@ impl<'a> Checker<'a> {
                 },
             }
         }
-        let members = self.members_of(&descs, span);
+        let members = self.members_of(&descs, own_members.as_ref(), span);
         let (true, Ok(members)) = (sound, members) else {
             return Val::Poison;
         };

@@ -99,7 +99,11 @@ impl<'a> Scopes<'a> {
     /// Every name that can be used in `scope`.
     pub(super) fn known(&self, scope: usize) -> Vec<&'a str> {
         let here = &self.all[scope];
-        let mut known: Vec<_> = here.names.keys().chain(here.imports.keys()).copied().collect();
+        let values = |(name, item): (&&'a str, &&Item)| {
+            (!matches!(item.kind, ItemKind::Experiment { .. })).then_some(*name)
+        };
+        let mut known: Vec<_> = here.names.iter().filter_map(values).collect();
+        known.extend(here.imports.keys().copied());
         known.extend(here.parent.map(|parent| self.known(parent)).unwrap_or_default());
         known
     }
@@ -261,6 +265,13 @@ impl<'a> Scope<'a> {
         for item in items {
             match &item.kind {
                 ItemKind::Junk { names: None } => lost.push(None),
+                // It stands where it may not.
+                ItemKind::Use { names, .. } if parent.is_some() => match names {
+                    None => lost.push(None),
+                    Some(names) => {
+                        lost.extend(names.iter().map(|(_, new)| Some(new.value.as_str())));
+                    }
+                },
                 ItemKind::Junk { names: Some(names) } => {
                     lost.extend(names.iter().map(|name| Some(name.value.as_str())));
                 }

@@ -179,6 +179,9 @@ impl Context<'_> {
             ("param", "=") if wants("`:`") => {
                 "a parameter names its type: `param members: Int = 32`"
             }
+            ("claim", "=") if self.positives.contains(&Rule::compare) => {
+                "write `==` to claim that two values are equal"
+            }
             (_, "=") if matches!(bracket, Some("(" | "[")) => {
                 "what stands in brackets is named with `:`, as in `f(steps: 100)`"
             }

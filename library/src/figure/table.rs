@@ -8,16 +8,19 @@ use super::interval::Estimate;
 declare! {
     /// Measures as Markdown and CSV, one row for each label of `rows`.
     ///
-    /// There is a column for each value, or for each label of `columns`. Over `seed`, Markdown
-    /// shows the mean ± half the width of its 95 % interval; CSV has mean, low and high, in
-    /// full precision.
-    pub struct Tabulate = "table" @ 1 -> Table {
+    /// There is a column for each value and each label of what it varies over but `rows`. Over
+    /// `seed`, Markdown shows the mean ± half the width of its 95 % interval; CSV has mean, low
+    /// and high, in full precision.
+    pub struct Tabulate = "table" @ 2 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
         rows: AxisNames;
-        /// Axes that have a column for each label.
+        /// Axes that have a column for each label, innermost; others come before them.
         columns: AxisNames = Vec::<&str>::new();
+        /// Values to show in columns behind, such as published numbers: those that have the labels
+        /// of a row. They need not have every label.
+        beside: Many<Everything<Array>> = Vec::<i64>::new();
         /// Digits after the point, in Markdown.
         digits: u64 = 3, in 0.0..=17.0;
     }
@@ -25,13 +28,24 @@ declare! {
 
 impl Op for Tabulate {
     fn run(&self, _: &Ctx) -> Result<Table, OpError> {
-        let arranged = |value| {
-            arrange(value, &self.rows.0, &self.columns.0)?
-                .at_most(0, "name it in `rows` or `columns`")
-        };
+        let arranged = |value| arrange(value, &self.rows.0, &self.columns.0);
         let values: Vec<Arranged> = self.values.0.iter().map(arranged).collect::<Result<_, _>>()?;
         let rows = same_rows(&values)?;
-        let columns = columns(&values);
+        let mut columns = columns(&values, values.len() == 1);
+        for value in &self.beside.0 {
+            let beside = arrange(value, &self.rows.0, &[])?;
+            let known = row_labels(&beside.outer);
+            let places =
+                row_labels(rows).into_iter().map(|row| known.iter().position(|k| *k == row));
+            let places: Vec<Option<usize>> = places.collect();
+            for Column { head, over_seed, cells } in self::columns(&[beside], false) {
+                let cell = |place: &Option<usize>| {
+                    place.and_then(|place| cells[place]).filter(|cell| !cell.mean.is_nan())
+                };
+                let cells = places.iter().map(cell).collect();
+                columns.push(Column { head, over_seed, cells });
+            }
+        }
         let digits = usize::try_from(self.digits).unwrap_or(usize::MAX).min(17);
         let files = [
             ("csv".to_owned(), csv(rows, &columns)),
@@ -45,7 +59,8 @@ impl Op for Tabulate {
 struct Column {
     head: String,
     over_seed: bool,
-    cells: Vec<Estimate>,
+    /// None where there is nothing to show.
+    cells: Vec<Option<Estimate>>,
 }
 
 fn same_rows(values: &[Arranged]) -> Result<&[Dim], OpError> {
@@ -61,19 +76,21 @@ fn same_rows(values: &[Arranged]) -> Result<&[Dim], OpError> {
     }
 }
 
-fn columns(values: &[Arranged]) -> Vec<Column> {
-    let single = values.len() == 1;
+/// - `single`: whether the labels say enough.
+fn columns(values: &[Arranged], single: bool) -> Vec<Column> {
     let mut columns = Vec::new();
-    for Arranged { name, inner, over_seed, cells, .. } in values {
+    for Arranged { name, rest, inner, over_seed, cells, .. } in values {
         let name = if name.is_empty() { "value" } else { name };
-        let labels = labels(inner);
+        let inner = [rest.as_slice(), inner].concat();
+        let labels = labels(&inner);
         for (i, label) in labels.iter().enumerate() {
             let head = match (inner.is_empty(), single) {
                 (true, _) => name.to_owned(),
                 (false, true) => label.clone(),
                 (false, false) => format!("{name}, {label}"),
             };
-            let cells = cells.iter().skip(i).step_by(labels.len()).copied().collect();
+            let cells =
+                cells.iter().skip(i).step_by(labels.len()).map(|cell| Some(*cell)).collect();
             columns.push(Column { head, over_seed: *over_seed, cells });
         }
     }
@@ -102,9 +119,10 @@ fn csv(rows: &[Dim], columns: &[Column]) -> String {
     for (i, labels) in row_labels(rows).iter().enumerate() {
         let mut line: Vec<String> = labels.iter().map(|label| quoted(label)).collect();
         for column in columns {
-            let Estimate { mean, interval } = column.cells[i];
-            line.push(exact(mean));
+            let cell = column.cells[i];
+            line.push(cell.map_or_else(String::new, |cell| exact(cell.mean)));
             if column.over_seed {
+                let interval = cell.and_then(|cell| cell.interval);
                 line.extend(
                     interval.map_or_else(Default::default, |(low, high)| [exact(low), exact(high)]),
                 );
@@ -161,7 +179,8 @@ fn markdown(rows: &[Dim], columns: &[Column], digits: usize) -> String {
     out
 }
 
-fn shown(Estimate { mean, interval }: Estimate, digits: usize) -> String {
+fn shown(cell: Option<Estimate>, digits: usize) -> String {
+    let Some(Estimate { mean, interval }) = cell else { return String::new() };
     let mean_text = rounded(mean, digits);
     match interval {
         Some((low, high)) => format!("{mean_text} ± {}", rounded((high - low) / 2.0, digits)),
@@ -191,12 +210,22 @@ mod tests {
     use super::*;
 
     fn table(values: Vec<(&str, Everything<Array>)>, columns: &[&str]) -> Result<Table, OpError> {
+        table_beside(values, columns, Vec::new())
+    }
+
+    fn table_beside(
+        values: Vec<(&str, Everything<Array>)>,
+        columns: &[&str],
+        beside: Vec<(&str, Everything<Array>)>,
+    ) -> Result<Table, OpError> {
         let named = |(name, mut value): (&str, Everything<Array>)| {
             value.0.name = name.to_owned();
             value
         };
         let values = Many(values.into_iter().map(named).collect());
-        let table = Tabulate { values, rows: axes(&["ke"]), columns: axes(columns), digits: 2 };
+        let beside = Many(beside.into_iter().map(named).collect());
+        let (rows, columns) = (axes(&["ke"]), axes(columns));
+        let table = Tabulate { values, rows, columns, beside, digits: 2 };
         table.run(&Ctx { op: "table", seed: 0, member: None })
     }
 
@@ -243,6 +272,22 @@ mod tests {
     }
 
     #[test]
+    fn published_numbers_stand_beside_by_their_labels() {
+        let ours = value(&[("task", &["a"]), ("ke", &["WCM", "MA", "new"])], &[1.0, 2.0, 3.0]);
+        let dims: [(&str, &[&str]); 2] = [("ke", &["MA", "CVaR", "WCM"]), ("task", &["a", "b"])];
+        let theirs = value(&dims, &[21.0, 22.0, 9.0, 9.0, f64::NAN, 12.0]);
+        let md = "\
+| ke  |    a | paper, a | paper, b |
+| --- | ---: | -------: | -------: |
+| WCM | 1.00 |          |    12.00 |
+| MA  | 2.00 |    21.00 |    22.00 |
+| new | 3.00 |          |          |
+";
+        let csv = "ke,a,\"paper, a\",\"paper, b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
+        check(&table_beside(vec![("gap", ours)], &[], vec![("paper", theirs)]).unwrap(), md, csv);
+    }
+
+    #[test]
     fn one_seed_has_no_interval() {
         let gap = value(&[("ke", &["WCM"]), ("seed", &["0"])], &[1.0]);
         let md = "\
@@ -266,11 +311,5 @@ mod tests {
         let other = value(&[("ke", &["MA"])], &[1.0]);
         check(vec![("a", ke), ("b", other)], "`a` and `b` differ in the labels of `ke`");
         check(vec![], "a table needs a value");
-        let wide = value(&[("ke", &["WCM"]), ("task", &["t"])], &[1.0]);
-        check(
-            vec![("a", wide)],
-            "`a` also varies over `task`: name it in `rows` or `columns`, \
-             reduce it with `mean(.., over: task)`, or select one label",
-        );
     }
 }

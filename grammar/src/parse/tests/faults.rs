@@ -314,14 +314,14 @@ fn experiments() {
         "experiment a {\n experiment b { let c = 1 }\n let d = 2\n}",
         &[
             "(experiment a (junk) (let d 2))",
-            "IVX0101 2:2 an experiment stands inside another; the other begins here",
+            "IVX0101 2:2 an experiment stands inside another; the other begins here; move it behind the `}` of the other",
         ],
     );
     check(
         "experiment a {\n experiment b\n let d = 2\n}",
         &[
             "(experiment a (junk) (let d 2))",
-            "IVX0101 2:2 an experiment stands inside another; the other begins here",
+            "IVX0101 2:2 an experiment stands inside another; the other begins here; move it behind the `}` of the other",
         ],
     );
     check(
