@@ -42,6 +42,9 @@ impl At {
 impl<'a> Checker<'a> {
     /// What an expression amounts to.
     pub(super) fn expr(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+        if self.sated() {
+            return Val::Poison;
+        }
         self.n_steps += 1;
         if self.n_steps > MAX_STEPS {
             self.outgrown(
@@ -61,7 +64,10 @@ impl<'a> Checker<'a> {
         self.depth += 1;
         let value = self.expr_inside(at, expr);
         self.depth -= 1;
-        value
+        match &value {
+            Val::Desc(desc, _) if !self.room(desc.size(), expr.span) => Val::Poison,
+            _ => value,
+        }
     }
 
     fn expr_inside(&mut self, at: &At, expr: &'a ast::Expr) -> Val {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Project;
-use crate::ast::{Item, ItemKind, Name};
+use crate::ast::{Expr, Item, ItemKind, Name};
 use crate::{Code, Diagnostic, suggest};
 
 /// The scopes of a project: first one a file, then one an experiment.
@@ -11,6 +11,8 @@ pub(super) struct Scopes<'a> {
     pub(super) all: Vec<Scope<'a>>,
     /// The scopes of the experiments to run, in the order of inclusion.
     pub(super) experiments: Vec<usize>,
+    /// The items that declare them, by name.
+    named: BTreeMap<&'a str, &'a Item>,
 }
 
 /// The names of a file or an experiment.
@@ -25,6 +27,8 @@ pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, &'a Item>,
     /// All items, in order.
     pub(super) items: &'a [Item],
+    /// What profiles set, by parameter: the profile and the value.
+    pub(super) sets: BTreeMap<&'a str, Vec<(&'a str, &'a Expr)>>,
     /// Names of other files: the file's scope and the name there.
     pub(super) imports: BTreeMap<&'a str, (usize, &'a str)>,
     /// Names that a faulty `use` should have brought; `None` if there may be any. Their fault
@@ -35,7 +39,7 @@ pub(super) struct Scope<'a> {
 impl<'a> Scopes<'a> {
     /// The scopes of a project. Names declared twice are reported.
     pub(super) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
-        let mut scopes = Self { all: Vec::new(), experiments: Vec::new() };
+        let mut scopes = Self { all: Vec::new(), experiments: Vec::new(), named: BTreeMap::new() };
         for file in &project.files {
             scopes.all.push(Scope::new(
                 file.stem.clone(),
@@ -140,12 +144,11 @@ impl<'a> Scopes<'a> {
                     }
                 }
                 ItemKind::Experiment { name, items } => {
-                    let mut others = self.experiments.iter().map(|&other| &self.all[other]);
-                    if let Some(other) = others.find(|other| other.name == name.value) {
-                        let first = other.item.map_or(name.span, |item| item.span);
-                        diagnostics.push(twice(&name.value, name.span, first));
+                    if let Some(first) = self.named.get(name.value.as_str()) {
+                        diagnostics.push(twice(&name.value, name.span, first.span));
                         continue;
                     }
+                    self.named.insert(&name.value, item);
                     let name = name.value.clone();
                     let scope = Scope::new(name, Some(item), Some(file), items, diagnostics);
                     for (name, item) in &scope.names {
@@ -175,7 +178,13 @@ impl<'a> Scope<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
         let mut names: BTreeMap<&str, &Item> = BTreeMap::new();
+        let mut sets: BTreeMap<&str, Vec<(&str, &Expr)>> = BTreeMap::new();
         for item in items {
+            if let ItemKind::Profile { name: profile, sets: own } = &item.kind {
+                for (name, value) in own {
+                    sets.entry(&name.value).or_default().push((&profile.value, value));
+                }
+            }
             let Some(name) = name_of(item) else { continue };
             if let Some(first) = names.get(name.value.as_str()) {
                 diagnostics.push(twice(&name.value, name.span, first.span));
@@ -183,7 +192,7 @@ impl<'a> Scope<'a> {
                 names.insert(&name.value, item);
             }
         }
-        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost: Vec::new() }
+        Self { name, item, parent, names, items, sets, imports: BTreeMap::new(), lost: Vec::new() }
     }
 }
 
