@@ -1,6 +1,6 @@
 //! From a checked program to its graph.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ivx_grammar::ir::{AxisId, AxisRole, Coord, Expr, ExprId, ExprKind, Feed, Op, Place, Spec};
 use ivx_op::{ArgKind, Args, Dim, Labels, Lit, Registry};
@@ -182,12 +182,11 @@ impl Expansion<'_> {
         if *alike > 1 {
             step.address = format!("{}#{alike}", step.address);
         }
-        let sources: Vec<Source> = step.sources().collect();
+        let nodes = |source| if let Source::Node(node) = source { Some(node) } else { None };
+        let inputs: BTreeSet<NodeIndex> = step.sources().filter_map(nodes).collect();
         let node = self.plan.graph.add_node(step);
-        for source in sources {
-            if let Source::Node(input) = source {
-                self.plan.graph.update_edge(input, node, ());
-            }
+        for input in inputs {
+            self.plan.graph.add_edge(input, node, ());
         }
         self.known.insert(identity, node);
         Ok(node)
