@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use ivx_cache::Digest;
 use ivx_grammar::ir::{AxisId, AxisRole, Coord, Expr, ExprId, ExprKind, Feed, Op, Place, Spec};
 use ivx_op::{ArgKind, Args, Dim, Labels, Lit, Registry};
 use petgraph::graph::NodeIndex;
@@ -34,6 +35,8 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Result<Plan, ExpandError> {
         plan: Plan::default(),
         addresses: BTreeMap::new(),
         known: BTreeMap::new(),
+        identity: Vec::new(),
+        orders: spec.axes.iter().map(|axis| by_value(&axis.coords)).collect(),
     };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
@@ -88,9 +91,20 @@ struct Values {
 
 impl Values {
     fn at(&self, place: &Place) -> Source {
-        let index: usize =
-            self.axes.iter().zip(&self.strides).map(|(axis, stride)| place[axis] * stride).sum();
-        self.sources[index]
+        self.gathered(&[], &[], place)[0]
+    }
+
+    /// The values at a place, at all coordinates of the axes gathered, in their orders.
+    fn gathered(&self, axes: &[AxisId], orders: &[Vec<usize>], place: &Place) -> Vec<Source> {
+        let own = self.axes.iter().zip(&self.strides).filter(|(axis, _)| !axes.contains(axis));
+        let mut indices: Vec<usize> = vec![own.map(|(axis, stride)| place[axis] * stride).sum()];
+        for (axis, order) in axes.iter().zip(orders) {
+            let own = self.axes.iter().position(|own| own == axis);
+            let stride = self.strides[own.expect("what is gathered varies")];
+            let along = |index: usize| order.iter().map(move |i| index + i * stride);
+            indices = indices.into_iter().flat_map(along).collect();
+        }
+        indices.into_iter().map(|index| self.sources[index]).collect()
     }
 }
 
@@ -101,7 +115,11 @@ struct Expansion<'a> {
     /// How many nodes there are of each address.
     addresses: BTreeMap<String, usize>,
     /// Nodes by what they compute.
-    known: BTreeMap<Vec<u8>, NodeIndex>,
+    known: BTreeMap<Digest, NodeIndex>,
+    /// What the step at hand computes, in bytes.
+    identity: Vec<u8>,
+    /// The coordinates of each axis by value.
+    orders: Vec<Vec<usize>>,
 }
 
 impl Expansion<'_> {
@@ -167,12 +185,19 @@ impl Expansion<'_> {
         let draw = op.stochastic.then(|| self.draw(place));
         let address = self.address(expr, place);
         let mut step = Step { address, op: op.name.clone(), args, ports, draw };
-        let mut identity = Vec::new();
-        let node_bytes = |source: &Source| match source {
-            Source::Node(node) => (node.index() as u64).to_le_bytes().to_vec(),
-            Source::Number(x) => [b"n".as_slice(), &x.to_le_bytes()].concat(),
+        let input = |source: &Source| match source {
+            Source::Node(node) => (0_u8, node.index() as u64),
+            Source::Number(x) => (1, x.to_bits()),
         };
-        key::walk(&step, self.registry, node_bytes, &mut identity);
+        let input = |source: &Source| {
+            let (kind, bits) = input(source);
+            let mut bytes = [kind; 9];
+            bytes[1..].copy_from_slice(&bits.to_le_bytes());
+            bytes
+        };
+        self.identity.clear();
+        key::walk(&step, self.registry, input, &mut self.identity);
+        let identity = Digest::of(&self.identity);
         if let Some(node) = self.known.get(&identity) {
             return Ok(*node);
         }
@@ -208,14 +233,7 @@ impl Expansion<'_> {
         let orders: Vec<Vec<usize>> =
             feed.gathered.iter().map(|axis| self.order(*axis, feed.labelled)).collect();
         let sizes: Vec<usize> = orders.iter().map(Vec::len).collect();
-        let mut place = place.clone();
-        let mut sources = Vec::new();
-        for at in places(&feed.gathered, &sizes) {
-            for (axis, order) in feed.gathered.iter().zip(&orders) {
-                place.insert(*axis, order[at[axis]]);
-            }
-            sources.push(values.at(&place));
-        }
+        let sources = values.gathered(&feed.gathered, &orders, place);
         let dims = feed.gathered.iter().enumerate().map(|(i, axis)| {
             if feed.labelled {
                 return self.labelled(*axis);
@@ -228,18 +246,8 @@ impl Expansion<'_> {
 
     /// The coordinates of an axis: as declared where labels travel, else by value.
     fn order(&self, axis: AxisId, labelled: bool) -> Vec<usize> {
-        let coords = &self.spec.axis(axis).coords;
-        let mut order: Vec<usize> = (0..coords.len()).collect();
-        if !labelled {
-            order.sort_by(|&a, &b| {
-                let (a, b) = (&coords[a].value, &coords[b].value);
-                match (a.as_f64(), b.as_f64()) {
-                    (Some(x), Some(y)) => x.total_cmp(&y),
-                    _ => a.to_string().cmp(&b.to_string()),
-                }
-            });
-        }
-        order
+        let by_value = &self.orders[axis.0 as usize];
+        if labelled { (0..by_value.len()).collect() } else { by_value.clone() }
     }
 
     fn labelled(&self, axis: AxisId) -> Dim {
@@ -300,6 +308,18 @@ impl Expansion<'_> {
             other => other.clone(),
         }
     }
+}
+
+/// Places of coordinates, in the order of their values.
+fn by_value(coords: &[Coord]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..coords.len()).collect();
+    if coords.iter().all(|coord| coord.value.as_f64().is_some()) {
+        let number = |i: &usize| coords[*i].value.as_f64().unwrap_or_default();
+        order.sort_by(|a, b| number(a).total_cmp(&number(b)));
+    } else {
+        order.sort_by_cached_key(|i| coords[*i].value.to_string());
+    }
+    order
 }
 
 fn strides(sizes: &[usize]) -> Vec<usize> {

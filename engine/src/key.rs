@@ -22,14 +22,14 @@ pub(crate) trait Walk {
 /// The key of a step whose inputs have these digests.
 pub fn key(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> Digest {
     let mut bytes = Vec::new();
-    walk(step, registry, |source| input(source).0.to_vec(), &mut bytes);
+    walk(step, registry, |source| input(source).0, &mut bytes);
     Digest::of(&bytes)
 }
 
 /// The same walk as text: one line a part.
 pub fn explain(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> String {
     let mut text = Text(String::new());
-    walk(step, registry, |source| input(source).0.to_vec(), &mut text);
+    walk(step, registry, |source| input(source).0, &mut text);
     text.0
 }
 
@@ -66,10 +66,10 @@ impl Walk for Text {
 }
 
 /// Shows everything that a step's result depends on to `sink`.
-pub(crate) fn walk(
+pub(crate) fn walk<B: AsRef<[u8]>>(
     step: &Step,
     registry: &Registry,
-    input: impl Fn(&Source) -> Vec<u8>,
+    input: impl Fn(&Source) -> B,
     sink: &mut impl Walk,
 ) {
     let version = |name: &str| registry.decl(name).map_or(0, |decl| decl.version);
@@ -93,7 +93,7 @@ pub(crate) fn walk(
                 sink.item("axis", format!("{} {}{labels}", dim.name, dim.len()).as_bytes());
             }
             for source in &fed.sources {
-                sink.item("input", &input(source));
+                sink.item("input", input(source).as_ref());
             }
         }
     }
