@@ -3,6 +3,9 @@
 /// Longer names, in bytes, are not compared: that takes memory for the product of their lengths.
 const LONGEST: usize = 100;
 
+/// With more names than these known, the others are not compared.
+const MOST: usize = 10_000;
+
 /// `did you mean X?` for the known name nearest to `name`, or else the known names where there
 /// are few.
 #[must_use]
@@ -12,7 +15,8 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     known.dedup();
     let allowed = (name.chars().count() / 3).max(1);
     let alike = known.iter().filter(|other| name.len().max(other.len()) <= LONGEST);
-    let near = alike.map(|other| (strsim::damerau_levenshtein(name, other), *other)).min();
+    let near =
+        alike.take(MOST).map(|other| (strsim::damerau_levenshtein(name, other), *other)).min();
     match near {
         Some((distance, other)) if distance <= allowed => Some(format!("did you mean `{other}`?")),
         _ if !known.is_empty() && known.len() <= 12 => {
