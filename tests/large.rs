@@ -8,7 +8,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use crate::pipeline;
 
 /// Far more than any of these takes, and far less than a quadratic walk would.
-const LONGEST: Duration = Duration::from_secs(60);
+const LONGEST: Duration = Duration::from_mins(1);
 
 const MEGABYTES: usize = 10_000_000;
 
