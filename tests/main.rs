@@ -2,6 +2,7 @@
 
 mod cases;
 mod claims;
+mod corpus;
 mod design;
 mod docs;
 mod editors;
@@ -10,8 +11,10 @@ mod experiments;
 mod explain;
 mod failures;
 mod keys;
+mod large;
 mod layout;
 mod new;
+mod pipeline;
 mod project;
 mod published;
 mod records;

@@ -1,7 +1,8 @@
 //! From a checked program to its graph.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use ivx_cache::Digest;
 use ivx_grammar::ir::{
     AxisId, AxisRole, Coord, Desc, Expr, ExprId, ExprKind, Feed, Op, Place, Spec,
 };
@@ -25,6 +26,8 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Plan {
         plan: Plan::default(),
         addresses: BTreeMap::new(),
         known: BTreeMap::new(),
+        identity: Vec::new(),
+        orders: spec.axes.iter().map(|axis| by_value(&axis.coords)).collect(),
     };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
@@ -96,12 +99,11 @@ fn reached(plan: Plan) -> Plan {
 
 /// Adds a step and the edges from its inputs.
 fn add(graph: &mut DiGraph<Step, ()>, step: Step) -> NodeIndex {
-    let sources: Vec<Source> = step.sources().collect();
+    let nodes = |source| if let Source::Node(node) = source { Some(node) } else { None };
+    let inputs: BTreeSet<NodeIndex> = step.sources().filter_map(nodes).collect();
     let node = graph.add_node(step);
-    for source in sources {
-        if let Source::Node(input) = source {
-            graph.update_edge(input, node, ());
-        }
+    for input in inputs {
+        graph.add_edge(input, node, ());
     }
     node
 }
@@ -116,9 +118,20 @@ struct Values {
 
 impl Values {
     fn at(&self, place: &Place) -> Source {
-        let index: usize =
-            self.axes.iter().zip(&self.strides).map(|(axis, stride)| place[axis] * stride).sum();
-        self.sources[index]
+        self.gathered(&[], &[], place)[0]
+    }
+
+    /// The values at a place, at all coordinates of the axes gathered, in their orders.
+    fn gathered(&self, axes: &[AxisId], orders: &[Vec<usize>], place: &Place) -> Vec<Source> {
+        let own = self.axes.iter().zip(&self.strides).filter(|(axis, _)| !axes.contains(axis));
+        let mut indices: Vec<usize> = vec![own.map(|(axis, stride)| place[axis] * stride).sum()];
+        for (axis, order) in axes.iter().zip(orders) {
+            let own = self.axes.iter().position(|own| own == axis);
+            let stride = self.strides[own.expect("what is gathered varies")];
+            let along = |index: usize| order.iter().map(move |i| index + i * stride);
+            indices = indices.into_iter().flat_map(along).collect();
+        }
+        indices.into_iter().map(|index| self.sources[index]).collect()
     }
 }
 
@@ -129,7 +142,11 @@ struct Expansion<'a> {
     /// How many nodes there are of each address.
     addresses: BTreeMap<String, usize>,
     /// Nodes by what they compute.
-    known: BTreeMap<Vec<u8>, NodeIndex>,
+    known: BTreeMap<Digest, NodeIndex>,
+    /// What the step at hand computes, in bytes.
+    identity: Vec<u8>,
+    /// The coordinates of each axis by value.
+    orders: Vec<Vec<usize>>,
 }
 
 impl Expansion<'_> {
@@ -192,12 +209,19 @@ impl Expansion<'_> {
         let draw = op.stochastic.then(|| self.draw(place));
         let address = self.address(expr, place);
         let mut step = Step { address, op: op.name.clone(), args, held, ports, draw };
-        let mut identity = Vec::new();
-        let node_bytes = |source: &Source| match source {
-            Source::Node(node) => (node.index() as u64).to_le_bytes().to_vec(),
-            Source::Number(x) => [b"n".as_slice(), &x.to_le_bytes()].concat(),
+        let input = |source: &Source| match source {
+            Source::Node(node) => (0_u8, node.index() as u64),
+            Source::Number(x) => (1, x.to_bits()),
         };
-        key::walk(&step, self.registry, node_bytes, &mut identity);
+        let input = |source: &Source| {
+            let (kind, bits) = input(source);
+            let mut bytes = [kind; 9];
+            bytes[1..].copy_from_slice(&bits.to_le_bytes());
+            bytes
+        };
+        self.identity.clear();
+        key::walk(&step, self.registry, input, &mut self.identity);
+        let identity = Digest::of(&self.identity);
         if let Some(node) = self.known.get(&identity) {
             return *node;
         }
@@ -235,14 +259,7 @@ impl Expansion<'_> {
         });
         let orders: Vec<Vec<usize>> = orders.collect();
         let sizes: Vec<usize> = orders.iter().map(Vec::len).collect();
-        let mut place = place.clone();
-        let mut sources = Vec::new();
-        for at in places(&feed.gathered, &sizes) {
-            for (axis, order) in feed.gathered.iter().zip(&orders) {
-                place.insert(*axis, order[at[axis]]);
-            }
-            sources.push(values.at(&place));
-        }
+        let sources = values.gathered(&feed.gathered, &orders, place);
         let dims = feed.gathered.iter().enumerate().map(|(i, axis)| {
             if feed.labelled {
                 return self.labelled(*axis);
@@ -255,18 +272,8 @@ impl Expansion<'_> {
 
     /// The coordinates of an axis: as declared where labels travel, else by value.
     fn order(&self, axis: AxisId, labelled: bool) -> Vec<usize> {
-        let coords = &self.spec.axis(axis).coords;
-        let mut order: Vec<usize> = (0..coords.len()).collect();
-        if !labelled {
-            order.sort_by(|&a, &b| {
-                let (a, b) = (&coords[a].value, &coords[b].value);
-                match (a.as_f64(), b.as_f64()) {
-                    (Some(x), Some(y)) => x.total_cmp(&y),
-                    _ => a.to_string().cmp(&b.to_string()),
-                }
-            });
-        }
-        order
+        let by_value = &self.orders[axis.0 as usize];
+        if labelled { (0..by_value.len()).collect() } else { by_value.clone() }
     }
 
     fn labelled(&self, axis: AxisId) -> Dim {
@@ -332,6 +339,18 @@ fn each_held(lit: &mut Lit, see: &mut impl FnMut(&mut usize)) {
         Lit::Part(part) => part.args.values_mut().for_each(|arg| each_held(arg, see)),
         _ => {}
     }
+}
+
+/// Places of coordinates, in the order of their values.
+fn by_value(coords: &[Coord]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..coords.len()).collect();
+    if coords.iter().all(|coord| coord.value.as_f64().is_some()) {
+        let number = |i: &usize| coords[*i].value.as_f64().unwrap_or_default();
+        order.sort_by(|a, b| number(a).total_cmp(&number(b)));
+    } else {
+        order.sort_by_cached_key(|i| coords[*i].value.to_string());
+    }
+    order
 }
 
 fn strides(sizes: &[usize]) -> Vec<usize> {

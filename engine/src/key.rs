@@ -22,14 +22,14 @@ pub(crate) trait Walk {
 /// The key of a step whose inputs have these digests.
 pub fn key(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> Digest {
     let mut bytes = Vec::new();
-    walk(step, registry, |source| input(source).0.to_vec(), &mut bytes);
+    walk(step, registry, |source| input(source).0, &mut bytes);
     Digest::of(&bytes)
 }
 
 /// The same walk as text: one line a part.
 pub fn explain(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Digest) -> String {
     let mut text = Text(String::new());
-    walk(step, registry, |source| input(source).0.to_vec(), &mut text);
+    walk(step, registry, |source| input(source).0, &mut text);
     text.0
 }
 
@@ -66,10 +66,10 @@ impl Walk for Text {
 }
 
 /// Shows everything that a step's result depends on to `sink`.
-pub(crate) fn walk(
+pub(crate) fn walk<B: AsRef<[u8]>>(
     step: &Step,
     registry: &Registry,
-    input: impl Fn(&Source) -> Vec<u8>,
+    input: impl Fn(&Source) -> B,
     sink: &mut impl Walk,
 ) {
     let mut walker = Walker { registry, input, held: &step.held, sink };
@@ -97,7 +97,7 @@ struct Walker<'a, I, S> {
     sink: &'a mut S,
 }
 
-impl<I: Fn(&Source) -> Vec<u8>, S: Walk> Walker<'_, I, S> {
+impl<B: AsRef<[u8]>, I: Fn(&Source) -> B, S: Walk> Walker<'_, I, S> {
     fn version(&self, name: &str) -> u32 {
         self.registry.decl(name).map_or(0, |decl| decl.version)
     }
@@ -115,7 +115,7 @@ impl<I: Fn(&Source) -> Vec<u8>, S: Walk> Walker<'_, I, S> {
             self.sink.item("axis", format!("{} {}{labels}", dim.name, dim.len()).as_bytes());
         }
         for source in &fed.sources {
-            self.sink.item("input", &(self.input)(source));
+            self.sink.item("input", (self.input)(source).as_ref());
         }
     }
 

@@ -64,15 +64,18 @@ impl<'a> Checker<'a> {
         AxisId(u32::try_from(self.spec.axes.len() - 1).expect("axes are few"))
     }
 
-    /// The axis of an ensemble with so many members.
-    pub(super) fn member_axis(&mut self, n: i64) -> AxisId {
+    /// The axis of an ensemble with so many members; `None` if they are too many.
+    pub(super) fn member_axis(&mut self, n: i64, span: Span) -> Option<AxisId> {
         if let Some(known) = self.members.get(&n) {
-            return *known;
+            return Some(*known);
+        }
+        if !self.bounds(0, n, span) {
+            return None;
         }
         let coords = (0..n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect();
         let id = self.push_axis(Axis { name: MEMBER.to_owned(), role: AxisRole::Member, coords });
         self.members.insert(n, id);
-        id
+        Some(id)
     }
 
     /// The axis that has only some coordinates of another.
@@ -80,8 +83,9 @@ impl<'a> Checker<'a> {
         if let Some(known) = self.restricted.get(&(axis, places.to_vec())) {
             return *known;
         }
-        let Axis { name, role, coords } = self.spec.axis(axis).clone();
+        let Axis { name, role, coords } = self.spec.axis(axis);
         let coords = places.iter().map(|&place| coords[place].clone()).collect();
+        let (name, role) = (name.clone(), *role);
         let id = self.push_axis(Axis { name, role, coords });
         self.restricted.insert((axis, places.to_vec()), id);
         id
@@ -164,12 +168,20 @@ impl<'a> Checker<'a> {
             }
         };
         let (low_n, high_n) = (bound(low)?, bound(high)?);
-        let n = usize::try_from(high_n.saturating_sub(low_n).max(0)).unwrap_or(usize::MAX);
-        if n > self.max_nodes {
-            self.too_many(format!("the axis has {n} coordinates"), low.span.to(high.span));
+        if !self.bounds(low_n, high_n, low.span.to(high.span)) {
             return None;
         }
         Some((low_n..high_n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect())
+    }
+
+    /// Whether an axis can have the whole numbers from `low` to `high`; reports it if not.
+    fn bounds(&mut self, low: i64, high: i64, span: Span) -> bool {
+        let n = usize::try_from(high.saturating_sub(low).max(0)).unwrap_or(usize::MAX);
+        if n > self.max_nodes {
+            self.too_many(format!("the axis has {n} coordinates"), span);
+            return false;
+        }
+        self.room(n, span)
     }
 
     /// Whether an axis without labels has no fields; reports it if it does.

@@ -75,13 +75,17 @@ impl<'a> Checker<'a> {
         args: &'a Written<'a>,
     ) -> Option<Vec<Option<&'a ast::Expr>>> {
         let mut placed: Vec<Option<&'a ast::Expr>> = vec![None; names.len()];
+        let places: BTreeMap<&str, usize> = names.iter().copied().zip(0..).collect();
         let mut sound = true;
         for (i, (name, expr)) in args.iter().enumerate() {
             let place = match name {
-                Some(name) => names.iter().position(|own| *own == name.value),
+                Some(name) => places.get(name.value.as_str()).copied(),
                 None => Some(i).filter(|i| *i < names.len()),
             };
             let span = name.as_ref().map_or(expr.span, |name| name.span);
+            if self.sated() {
+                return None;
+            }
             match (place, name) {
                 (Some(place), _) if placed[place].is_some() => {
                     let message = format!("`{owner}` is given `{}` twice", names[place]);

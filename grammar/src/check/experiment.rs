@@ -30,7 +30,8 @@ impl<'a> Checker<'a> {
     /// `seed` is declared. Nothing of it is kept.
     pub(super) fn unused_declarations(&mut self) {
         self.memo.clear();
-        let (n_exprs, n_nodes, n_values) = (self.spec.exprs.len(), self.n_nodes, self.n_values);
+        let n_exprs = self.spec.exprs.len();
+        let counted = (self.n_nodes, self.n_selected);
         self.seed = Some(self.any_seed());
         for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
             for item in self.scopes.all[scope].items {
@@ -47,7 +48,7 @@ impl<'a> Checker<'a> {
         self.memo.clear();
         self.spec.exprs.truncate(n_exprs);
         self.spans.truncate(n_exprs);
-        (self.n_nodes, self.n_values) = (n_nodes, n_values);
+        (self.n_nodes, self.n_selected) = counted;
     }
 
     /// Reports what only experiments can hold, where it stands in a file.

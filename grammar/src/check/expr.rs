@@ -42,6 +42,9 @@ impl At {
 impl<'a> Checker<'a> {
     /// What an expression amounts to.
     pub(super) fn expr(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+        if self.sated() {
+            return Val::Poison;
+        }
         self.n_steps += 1;
         if self.n_steps > MAX_STEPS {
             self.outgrown(
@@ -61,7 +64,10 @@ impl<'a> Checker<'a> {
         self.depth += 1;
         let value = self.expr_inside(at, expr);
         self.depth -= 1;
-        value
+        match &value {
+            Val::Desc(desc, _) if !self.room(desc.size(), expr.span) => Val::Poison,
+            _ => value,
+        }
     }
 
     fn expr_inside(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
@@ -415,8 +421,8 @@ impl<'a> Checker<'a> {
             self.n_nodes = self.n_nodes.saturating_add(extent);
         }
         // Selections are no nodes, but not free.
-        self.n_values = self.n_values.saturating_add(extent);
-        if self.n_nodes > self.max_nodes || self.n_values / 16 > self.max_nodes {
+        self.n_selected = self.n_selected.saturating_add(extent);
+        if self.n_nodes > self.max_nodes || self.n_selected / 16 > self.max_nodes {
             let sizes = expr.axes.iter().map(|axis| {
                 let axis = self.spec.axis(*axis);
                 format!("{} {}", axis.coords.len(), axis.name)

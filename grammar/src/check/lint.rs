@@ -38,43 +38,17 @@ impl Checker<'_> {
 
     /// Warns where two samples that draw the same numbers feed one consumer.
     pub(super) fn shared_streams(&mut self) {
-        // What feeds each expression: the first sample of every operation and stream.
-        let mut fed_by: Vec<BTreeMap<Stream, ExprId>> = Vec::new();
-        let mut faults: BTreeMap<(ExprId, ExprId), Span> = BTreeMap::new();
+        let mut streams: BTreeMap<(&str, &str), Vec<usize>> = BTreeMap::new();
         for (i, expr) in self.spec.exprs.iter().enumerate() {
-            let mut samples: BTreeMap<Stream, ExprId> = BTreeMap::new();
-            match &expr.kind {
-                ExprKind::Number(_) => {}
-                ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => {
-                    samples.clone_from(&fed_by[base.0 as usize]);
-                }
-                // At each coordinate there is one arm: what they draw does not meet.
-                ExprKind::Match { arms, .. } => {
-                    for arm in arms {
-                        for (stream, sample) in &fed_by[arm.0 as usize] {
-                            samples.entry(stream.clone()).or_insert(*sample);
-                        }
-                    }
-                }
-                ExprKind::Op(op) => {
-                    for feed in self.consumed(expr, op) {
-                        for (stream, sample) in &fed_by[feed.0 as usize] {
-                            let first = *samples.entry(stream.clone()).or_insert(*sample);
-                            if first != *sample
-                                && self.spec.expr(first).kind != self.spec.expr(*sample).kind
-                            {
-                                faults
-                                    .entry((first.min(*sample), first.max(*sample)))
-                                    .or_insert(self.spans[i]);
-                            }
-                        }
-                    }
-                    let stream = stream(op);
-                    let id = ExprId(u32::try_from(i).expect("expressions are counted"));
-                    samples.extend(stream.map(|stream| (stream, id)));
-                }
+            if let ExprKind::Op(op) = &expr.kind
+                && let Some(stream) = stream(op)
+            {
+                streams.entry(stream).or_default().push(i);
             }
-            fed_by.push(samples);
+        }
+        let mut faults: BTreeMap<(ExprId, ExprId), Span> = BTreeMap::new();
+        for samples in streams.values().filter(|samples| samples.len() > 1) {
+            self.meet(samples, &mut faults);
         }
         for ((first, second), consumer) in faults {
             let message = "two samples draw the same numbers, and one result depends on both";
@@ -83,6 +57,37 @@ impl Checker<'_> {
                 .also(spans.0, "draws numbers")
                 .also(consumer, "depends on both");
             self.fault(fault.help("give one of them a stream of its own: `stream: \"test\"`"));
+        }
+    }
+
+    /// Finds which of the samples of one stream feed one consumer.
+    fn meet(&self, samples: &[usize], faults: &mut BTreeMap<(ExprId, ExprId), Span>) {
+        let start = samples[0];
+        // The first sample that feeds each expression, from the first sample on.
+        let mut fed_by: Vec<Option<ExprId>> = Vec::new();
+        for (i, expr) in self.spec.exprs.iter().enumerate().skip(start) {
+            let fed = |id: &ExprId| fed_by.get((id.0 as usize).checked_sub(start)?).copied()?;
+            let mut first = None;
+            match &expr.kind {
+                ExprKind::Number(_) => {}
+                ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => first = fed(base),
+                // At each coordinate there is one arm: what they draw does not meet.
+                ExprKind::Match { arms, .. } => first = arms.iter().find_map(fed),
+                ExprKind::Op(op) => {
+                    for sample in self.consumed(expr, op).iter().filter_map(fed) {
+                        let first = *first.get_or_insert(sample);
+                        let kind = |id: ExprId| &self.spec.expr(id).kind;
+                        if first != sample && kind(first) != kind(sample) {
+                            let pair = (first.min(sample), first.max(sample));
+                            faults.entry(pair).or_insert(self.spans[i]);
+                        }
+                    }
+                }
+            }
+            if samples.binary_search(&i).is_ok() {
+                first = Some(ExprId(u32::try_from(i).expect("expressions are counted")));
+            }
+            fed_by.push(first);
         }
     }
 
@@ -103,14 +108,9 @@ impl Checker<'_> {
 }
 
 /// An operation that samples, and the name of its stream.
-type Stream = (String, String);
-
-/// The stream of a sampling operation.
-fn stream(op: &Op) -> Option<Stream> {
+fn stream(op: &Op) -> Option<(&str, &str)> {
     match op.args.get(STREAM) {
-        Some(Desc::Lit(Lit::Text(stream))) if op.stochastic => {
-            Some((op.name.clone(), stream.clone()))
-        }
+        Some(Desc::Lit(Lit::Text(stream))) if op.stochastic => Some((&op.name, stream)),
         _ => None,
     }
 }

@@ -55,7 +55,7 @@ impl Checker<'_> {
         counts.dedup();
         match counts[..] {
             [] => Ok(None),
-            [Some(n)] => Ok(Some(self.member_axis(n))),
+            [Some(n)] => self.member_axis(n, span).map(Some).ok_or(()),
             _ => {
                 let message = "the number of members must be the same everywhere";
                 let fault = Diagnostic::new(

@@ -73,6 +73,13 @@ pub struct Settings {
 /// Most coordinates of one axis, and most nodes of one program, unless settings say otherwise.
 pub const MAX_NODES: usize = 1_000_000;
 
+/// Most values in the descriptions of one program, counted each time that one is evaluated, and
+/// in its axes.
+const MAX_VALUES: usize = 5_000_000;
+
+/// After so many faults the rest of a program is not checked.
+const MOST_FAULTS: usize = 100;
+
 /// The checked program and what is wrong with it.
 ///
 /// With an error among the diagnostics the program is not fit to run.
@@ -109,6 +116,7 @@ pub fn check(
         n_nodes: 0,
         n_values: 0,
         max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
+        n_selected: 0,
         n_steps: 0,
         depth: 0,
         too_deep: false,
@@ -129,6 +137,12 @@ pub fn check(
         (place(a), a.code, &a.message).cmp(&(place(b), b.code, &b.message))
     });
     diagnostics.dedup();
+    if diagnostics.len() > MOST_FAULTS {
+        diagnostics.truncate(MOST_FAULTS);
+        let (code, message) =
+            (diagnostics[0].code, format!("there is more: the first {MOST_FAULTS} are told"));
+        diagnostics.push(Diagnostic { code, message, labels: Vec::new(), help: None });
+    }
     (spec, diagnostics)
 }
 
@@ -179,8 +193,10 @@ struct Checker<'a> {
     /// Nodes so far, and the most there may be.
     n_nodes: usize,
     /// Values of expressions so far, selections too.
-    n_values: usize,
+    n_selected: usize,
     max_nodes: usize,
+    /// Values of descriptions so far.
+    n_values: usize,
     /// Expressions evaluated so far, and how deep the one at hand is.
     n_steps: usize,
     depth: usize,
@@ -195,6 +211,21 @@ impl Checker<'_> {
     fn fault(&mut self, diagnostic: Diagnostic) -> Val {
         self.diagnostics.push(diagnostic);
         Val::Poison
+    }
+
+    /// Whether so much is wrong that more is not looked for.
+    fn sated(&self) -> bool {
+        self.diagnostics.len() > MOST_FAULTS
+    }
+
+    /// Whether there is room for so many more values; says once if not.
+    fn room(&mut self, n: usize, span: crate::Span) -> bool {
+        self.n_values = self.n_values.saturating_add(n);
+        if self.n_values > MAX_VALUES && !std::mem::replace(&mut self.too_large, true) {
+            let message = format!("the lists, parts and axes hold more than {MAX_VALUES} values");
+            self.fault(Diagnostic::new(Code::TooLarge, span, message, "too many here"));
+        }
+        self.n_values <= MAX_VALUES
     }
 
     /// How many coordinates some axes have together.

@@ -7,7 +7,7 @@ use ivx_op::{Lit, Ty};
 use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
-use crate::ast::{Expr, ItemKind, Name, TyExpr};
+use crate::ast::{Expr, Item, ItemKind, Name, TyExpr};
 use crate::ir::{Desc, Param};
 use crate::{Code, Diagnostic, Span, suggest};
 
@@ -83,12 +83,15 @@ impl<'a> Checker<'a> {
 
     fn known_parameter(&mut self, scope: usize, profile: &str, name: &Name) {
         let here = &self.scopes.all[scope].names;
-        let params = here.iter().filter(|(_, item)| matches!(item.kind, ItemKind::Param { .. }));
-        let mut params = params.map(|(param, _)| *param);
-        if params.clone().any(|param| param == name.value) || self.scopes.lost(scope, &name.value) {
+        let declares = |item: &&Item| matches!(item.kind, ItemKind::Param { .. });
+        if self.sated()
+            || here.get(name.value.as_str()).is_some_and(declares)
+            || self.scopes.lost(scope, &name.value)
+        {
             return;
         }
-        let help = suggest(&name.value, params.by_ref());
+        let params = here.iter().filter(|(_, item)| declares(item));
+        let help = suggest(&name.value, params.map(|(param, _)| *param));
         let message =
             format!("profile `{profile}` sets `{}`, which is no parameter here", name.value);
         let fault =
@@ -128,16 +131,14 @@ impl<'a> Checker<'a> {
         let value = self.known_before(scope, default);
         let mut chosen = self.typed(name, &ty, value, default.span, "default");
         let mut nearest = None;
-        for item in self.scopes.all[scope].items {
-            let ItemKind::Profile { name: profile, sets, .. } = &item.kind else { continue };
-            for (_, expr) in sets.iter().filter(|(set, _)| set.value == name) {
-                let by = format!("profile `{}`", profile.value);
-                let value = self.known_before(scope, expr);
-                let value = self.typed(name, &ty, value, expr.span, &by);
-                let in_force = self.profiles.iter().position(|known| *known == profile.value);
-                if in_force > nearest {
-                    (chosen, nearest) = (value, in_force);
-                }
+        let sets = self.scopes.all[scope].sets.get(name).cloned().unwrap_or_default();
+        for (profile, expr) in sets {
+            let by = format!("profile `{profile}`");
+            let value = self.known_before(scope, expr);
+            let value = self.typed(name, &ty, value, expr.span, &by);
+            let in_force = self.profiles.iter().position(|known| known == profile);
+            if in_force > nearest {
+                (chosen, nearest) = (value, in_force);
             }
         }
         if let Some(lit) = by_hand {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Project;
-use crate::ast::{Item, ItemKind, LetParam, Name};
+use crate::ast::{Expr, Item, ItemKind, LetParam, Name};
 use crate::{Code, Diagnostic, suggest};
 
 /// Names of other files: the file's scope, the name there, and where it was taken.
@@ -16,6 +16,8 @@ pub(super) struct Scopes<'a> {
     pub(super) experiments: Vec<usize>,
     /// The scopes of all experiments, by the file and the name.
     inner: BTreeMap<(usize, &'a str), usize>,
+    /// The items that declare them, by name.
+    named: BTreeMap<&'a str, &'a Item>,
 }
 
 /// The names of a file or an experiment.
@@ -30,6 +32,8 @@ pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, &'a Item>,
     /// All items, in order.
     pub(super) items: &'a [Item],
+    /// What profiles set, by parameter: the profile and the value.
+    pub(super) sets: BTreeMap<&'a str, Vec<(&'a str, &'a Expr)>>,
     /// Names of other files: the file's scope and the name there.
     pub(super) imports: BTreeMap<&'a str, (usize, &'a str)>,
     /// Names that a faulty item should have declared or brought; `None` if there may be any. The
@@ -40,7 +44,12 @@ pub(super) struct Scope<'a> {
 impl<'a> Scopes<'a> {
     /// The scopes of a project. Names declared twice are reported.
     pub(super) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
-        let mut scopes = Self { all: Vec::new(), experiments: Vec::new(), inner: BTreeMap::new() };
+        let mut scopes = Self {
+            all: Vec::new(),
+            experiments: Vec::new(),
+            inner: BTreeMap::new(),
+            named: BTreeMap::new(),
+        };
         for file in &project.files {
             scopes.all.push(Scope::new(
                 file.stem.clone(),
@@ -228,12 +237,11 @@ impl<'a> Scopes<'a> {
                     }
                 }
                 ItemKind::Experiment { name, .. } => {
-                    let mut others = self.experiments.iter().map(|&other| &self.all[other]);
-                    if let Some(other) = others.find(|other| other.name == name.value) {
-                        let first = other.item.map_or(name.span, |item| item.span);
-                        diagnostics.push(twice(&name.value, name.span, first));
+                    if let Some(first) = self.named.get(name.value.as_str()) {
+                        diagnostics.push(twice(&name.value, name.span, first.span));
                         continue;
                     }
+                    self.named.insert(&name.value, item);
                     if let Some(&scope) = self.inner.get(&(file, name.value.as_str())) {
                         self.experiments.push(scope);
                     }
@@ -253,7 +261,13 @@ impl<'a> Scope<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
         let mut names: BTreeMap<&str, &Item> = BTreeMap::new();
+        let mut sets: BTreeMap<&str, Vec<(&str, &Expr)>> = BTreeMap::new();
         for item in items {
+            if let ItemKind::Profile { name: profile, sets: own, .. } = &item.kind {
+                for (name, value) in own {
+                    sets.entry(&name.value).or_default().push((&profile.value, value));
+                }
+            }
             let Some(name) = name_of(item) else { continue };
             if let Some(first) = names.get(name.value.as_str()) {
                 diagnostics.push(twice(&name.value, name.span, first.span));
@@ -278,7 +292,7 @@ impl<'a> Scope<'a> {
                 _ => {}
             }
         }
-        Self { name, item, parent, names, items, imports: BTreeMap::new(), lost }
+        Self { name, item, parent, names, items, sets, imports: BTreeMap::new(), lost }
     }
 }
 

@@ -99,6 +99,42 @@ fn the_limit_of_nodes_is_what_settings_say() {
 }
 
 #[test]
+fn values_without_end_end() {
+    let many = |n: usize, item: &dyn Fn(usize) -> String| {
+        format!("experiment e {{\n{}measure m = 1.0 }}", chain(n, item, ""))
+    };
+    assert_eq!(faults(&many(50, &|i| format!("axis x{i} = 0..1_000_000"))), [Code::TooLarge]);
+    let list = format!("let x = [{}]\n", "1, ".repeat(50_000));
+    assert_eq!(faults(&(list + &many(500, &|i| format!("let y{i} = x")))), [Code::TooLarge]);
+    let doubled = chain(60, |i| format!("let y{} = y{i} + y{i}", i + 1), "let y0 = x");
+    let doubled = format!("experiment e {{ axis x = 0..2\n{doubled}\nmeasure m = y60 }}");
+    assert_eq!(faults(&doubled), [Code::TooLarge]);
+}
+
+#[test]
+fn faults_without_end_end() {
+    let unknown = chain(100_000, |i| format!("let a{i} = b{i}"), "");
+    assert_eq!(faults(&format!("experiment e {{ {unknown} }}")), [Code::UnknownName; 101]);
+    let again = "let a = 1 ".repeat(100_000);
+    assert_eq!(faults(&again), [Code::Shadowing; 101]);
+    let long = "a".repeat(100_000);
+    let long = format!("experiment e {{ let {long} = 1 measure m = b{long} }}");
+    assert_eq!(faults(&long), [Code::UnknownName]);
+}
+
+#[test]
+fn many_items_are_checked_soon() {
+    assert_eq!(faults(&chain(50_000, |i| format!("experiment e{i} {{}}"), "")), []);
+    let sets = chain(20_000, |i| format!("a{i} = 2"), "");
+    let params = chain(20_000, |i| format!("param a{i}: Int = 1"), "");
+    assert_eq!(faults(&format!("{params}profile quick {{ {sets} }}")), []);
+    let params = chain(8_000, |i| format!("a{i}: Int,"), "");
+    let args = chain(8_000, |i| format!("a{i}: {i},"), "");
+    let call = format!("let f({params}) = a0 experiment e {{ measure m = f({args}) }}");
+    assert_eq!(faults(&call), []);
+}
+
+#[test]
 fn deep_brackets_are_checked_on_a_small_stack() {
     let nested =
         format!("experiment e {{ measure m = {}1.0{} }}", "(".repeat(200), ")".repeat(200));
