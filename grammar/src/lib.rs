@@ -3,6 +3,8 @@
 //! No input or output here, and nothing fails: every stage returns what it could make of the
 //! text, and diagnostics.
 
+extern crate alloc; // what the derived parser names without pest's `std`
+
 pub mod ast;
 pub mod check;
 mod diagnostic;

@@ -2,15 +2,12 @@
 
 use std::io::Write;
 
-use ivx_engine::expand;
-
 use super::ready;
 use crate::args::Check;
 use crate::{OK, Trouble, WRONG};
 
 pub(crate) fn check(args: &Check, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let plan = expand(&ready.spec, &ready.registry);
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let experiments = count(ready.spec.experiments.len(), "experiment");
     let found = if ready.n_warnings == 0 {
@@ -18,6 +15,6 @@ pub(crate) fn check(args: &Check, out: &mut dyn Write, err: &mut dyn Write) -> R
     } else {
         count(ready.n_warnings, "warning")
     };
-    writeln!(out, "{experiments}, {}: {found}", count(plan.graph.node_count(), "node"))?;
+    writeln!(out, "{experiments}: {found}")?;
     Ok(OK)
 }

@@ -369,6 +369,11 @@ impl<'d> Build<'d> {
 /// The byte after the last token of `pair`; pest's own span goes on over blanks where a repetition
 /// or option at its end matched nothing.
 pub(super) fn end(pair: &Pair<'_>) -> usize {
+    let text = pair.as_str();
+    let line = text.rfind('\n').map_or(text, |newline| &text[newline..]);
+    if !text.ends_with(|c: char| c.is_ascii_whitespace()) && !line.contains("//") {
+        return pair.as_span().end();
+    }
     let mut last = pair.clone();
     while let Some(inner) = last.clone().into_inner().next_back() {
         last = inner;

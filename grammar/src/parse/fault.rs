@@ -354,6 +354,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::lbracket
         | Rule::dot
         | Rule::params
+        | Rule::postfix
         | Rule::fields
         | Rule::args
         | Rule::select

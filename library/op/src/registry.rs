@@ -147,6 +147,7 @@ impl Registry {
     ///
     /// # Errors
     /// If an argument cannot be built.
+    #[must_use]
     pub fn list(&self, part: &Part) -> Option<Result<Table, ArgError>> {
         let (_, list) = self.rows.get(part.name.as_str())?;
         Some(list(&Call { args: part.args.clone(), ports: BTreeMap::new() }))
