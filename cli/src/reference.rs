@@ -71,7 +71,7 @@ pub(crate) fn body(decl: &Decl) -> String {
                 format!("[{}]", field.dims.join(", "))
             };
             let docs = field.docs.trim();
-            text += &format!("- `{}: {}{dims}`: {docs}\n", field.name, field.artifact);
+            text.extend(["- `", field.name, ": ", field.artifact, &dims, "`: ", docs, "\n"]);
         }
     }
     let drawn = if decl.stochastic { ", draws random numbers" } else { "" };

@@ -81,7 +81,9 @@ pub(crate) fn walk<B: AsRef<[u8]>>(
     }
     for (name, feds) in &step.ports {
         walker.sink.item("port", format!("{name} {}", feds.len()).as_bytes());
-        feds.iter().for_each(|fed| walker.fed(fed));
+        for fed in feds {
+            walker.fed(fed);
+        }
     }
     if let Some(draw) = step.draw {
         sink.item("seed", draw.seed.to_string().as_bytes());

@@ -87,24 +87,21 @@ impl<'a> Checker<'a> {
             expr.axes.iter().any(|axis| self.spec.axis(*axis).role == AxisRole::Member)
         };
         match (value, &wanted, expr) {
-            (Val::Poison, ..) => return Val::Poison,
+            (Val::Poison, ..) => Val::Poison,
             (Val::Desc(desc, found), Wanted::Desc(ty), _) if fit(ty, &found) != Fit::No => {
-                return Val::Desc(coerce(desc, fit(ty, &found)), ty.clone());
+                Val::Desc(coerce(desc, fit(ty, &found)), ty.clone())
             }
-            (value @ Val::Desc(..), Wanted::Scalar, _) if matches!(&value, Val::Desc(_, ty) if is_number(ty)) =>
-            {
-                return value;
-            }
+            (Val::Desc(desc, ty), Wanted::Scalar, _) if is_number(&ty) => Val::Desc(desc, ty),
             (value, Wanted::Scalar, Some(expr))
                 if expr.artifact == Array::KIND && expr.dims.is_empty() =>
             {
-                return value;
+                value
             }
-            (value, Wanted::Artifact(kind), Some(expr)) if expr.artifact == *kind => return value,
+            (value, Wanted::Artifact(kind), Some(expr)) if expr.artifact == *kind => value,
             (value, Wanted::Ensemble(kind), Some(expr))
                 if expr.artifact == *kind && member(expr) =>
             {
-                return value;
+                value
             }
             (value, ..) => {
                 let (wanted, found) = (self.written(&param.ty), self.describe(&value));

@@ -23,6 +23,19 @@ pub(super) struct Fed<'a> {
     pub(super) exprs: Vec<(ExprId, Span, String)>,
 }
 
+/// The arguments of an operation.
+#[derive(Default)]
+struct Given<'a> {
+    descs: BTreeMap<String, Desc>,
+    fed: Vec<Fed<'a>>,
+    /// The axes that each axis argument names.
+    named: Vec<(&'a ArgDecl, Vec<Named<'a>>)>,
+    /// The axis and the field that group.
+    groups: Option<(&'a str, &'a str, Span)>,
+    /// How many members the operation itself asks for.
+    members: Option<Desc>,
+}
+
 impl<'a> Checker<'a> {
     /// What the call of an operation amounts to.
     pub(super) fn op(
@@ -33,45 +46,9 @@ impl<'a> Checker<'a> {
         args: &Matched<'a>,
         span: Span,
     ) -> Val {
-        let inner = at.inside(decl.name);
-        let mut descs = BTreeMap::new();
-        let mut fed: Vec<Fed<'_>> = Vec::new();
-        let mut named: Vec<(&ArgDecl, Vec<Named<'a>>)> = Vec::new();
-        let (mut groups, mut own_members) = (None, None);
-        let mut sound = true;
-        for (arg, given) in args {
-            match (&arg.kind, given) {
-                (ArgKind::Groups, None) => {}
-                (ArgKind::Groups, Some(expr)) => match self.group_name(&inner, decl, arg, expr) {
-                    Some(found) => groups = Some(found),
-                    None => sound = false,
-                },
-                (ArgKind::Port(port), Some(expr)) => match self.fed(&inner, decl, arg, *port, expr)
-                {
-                    Some(exprs) => fed.push(Fed { port: *port, name: arg.name, exprs }),
-                    None => sound = false,
-                },
-                (ArgKind::Port(port), None) => {
-                    fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() });
-                }
-                (ArgKind::Axes, given) => match self.axis_names(&inner, decl, arg, *given) {
-                    Some(names) => named.push((*arg, names)),
-                    None => sound = false,
-                },
-                (ArgKind::Members, _) => match self.literal_arg(&inner, decl, arg, *given) {
-                    Some(desc) => own_members = Some(desc),
-                    None => sound = false,
-                },
-                _ => match self.literal_arg(&inner, decl, arg, *given) {
-                    Some(desc) => {
-                        descs.insert(arg.name.to_owned(), desc);
-                    }
-                    None => sound = false,
-                },
-            }
-        }
-        let members = self.members_of(&descs, own_members.as_ref(), span);
-        let (true, Ok(members)) = (sound, members) else {
+        let Some(given) = self.given(&at.inside(decl.name), decl, args) else { return Val::Poison };
+        let Given { mut descs, fed, named, groups, members } = given;
+        let Ok(members) = self.members_of(&descs, members.as_ref(), span) else {
             return Val::Poison;
         };
         if !self.known_axes(decl, &fed, &named) {
@@ -149,6 +126,41 @@ impl<'a> Checker<'a> {
             kind: crate::ir::ExprKind::Op(op),
         };
         Val::Artifact(self.push(expr, span))
+    }
+
+    /// The arguments of an operation, each for itself.
+    fn given(&mut self, at: &At, decl: &'a Decl, args: &Matched<'a>) -> Option<Given<'a>> {
+        let mut all = Given::default();
+        let mut sound = true;
+        for (arg, given) in args {
+            match (&arg.kind, given) {
+                (ArgKind::Groups, None) => {}
+                (ArgKind::Groups, Some(expr)) => {
+                    all.groups = self.group_name(at, decl, arg, expr);
+                    sound &= all.groups.is_some();
+                }
+                (ArgKind::Port(port), Some(expr)) => {
+                    let exprs = self.fed(at, decl, arg, *port, expr);
+                    sound &= exprs.is_some();
+                    let exprs = exprs.unwrap_or_default();
+                    all.fed.push(Fed { port: *port, name: arg.name, exprs });
+                }
+                (ArgKind::Port(port), None) => {
+                    all.fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() });
+                }
+                (ArgKind::Axes, given) => {
+                    let names = self.axis_names(at, decl, arg, *given);
+                    sound &= names.is_some();
+                    all.named.push((*arg, names.unwrap_or_default()));
+                }
+                (kind, given) => match self.literal_arg(at, decl, arg, *given) {
+                    Some(desc) if *kind == ArgKind::Members => all.members = Some(desc),
+                    Some(desc) => drop(all.descs.insert(arg.name.to_owned(), desc)),
+                    None => sound = false,
+                },
+            }
+        }
+        sound.then_some(all)
     }
 
     /// The expressions given to a port.

@@ -64,7 +64,7 @@ impl<'a> Checker<'a> {
                 None => self.no_field("the record", name, fields.keys().map(String::as_str)),
             },
             Val::Artifact(id) => self.field_of(at, id, name),
-            value => {
+            value @ Val::Desc(..) => {
                 let described = self.describe(&value);
                 self.no_field(&described, name, [].into_iter())
             }

@@ -1,0 +1,245 @@
+//! Descriptions: plain data that may vary over axes, and what they are at a place.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
+
+use ivx_op::{Args, Held, Lit, Part};
+
+use super::{Axis, AxisId, Place};
+use crate::ast::BinaryOp;
+
+/// A description that may vary over axes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Desc {
+    /// The same everywhere.
+    Lit(Lit),
+    /// The value of an axis.
+    Axis(AxisId),
+    /// A list.
+    List(Vec<Desc>),
+    /// A part; without a name, a record.
+    Part(String, BTreeMap<String, Desc>),
+    /// The field of a record.
+    Field(Box<Desc>, String),
+    /// One description for each coordinate of an axis, in its order.
+    Match(AxisId, Vec<Desc>),
+    /// An artifact that a part holds: its place in [`Spec::held`], and what it varies over.
+    Held(usize, BTreeSet<AxisId>),
+    /// Arithmetic, or a comparison.
+    Binary(BinaryOp, Box<Desc>, Box<Desc>),
+    /// Whole numbers widened to reals.
+    Widen(Box<Desc>),
+}
+
+impl Desc {
+    /// The axes it varies over.
+    #[must_use]
+    pub fn axes(&self) -> BTreeSet<AxisId> {
+        let mut axes = BTreeSet::new();
+        self.visit(&mut |desc| match desc {
+            Self::Axis(axis) | Self::Match(axis, _) => drop(axes.insert(*axis)),
+            Self::Held(_, own) => axes.extend(own),
+            _ => {}
+        });
+        axes
+    }
+
+    /// Shows it and everything in it to `see`.
+    pub fn visit(&self, see: &mut impl FnMut(&Self)) {
+        see(self);
+        match self {
+            Self::Lit(_) | Self::Axis(_) | Self::Held(..) => {}
+            Self::List(items) | Self::Match(_, items) => {
+                for item in items {
+                    item.visit(see);
+                }
+            }
+            Self::Part(_, args) => args.values().for_each(|arg| arg.visit(see)),
+            Self::Binary(_, left, right) => {
+                left.visit(see);
+                right.visit(see);
+            }
+            Self::Widen(inner) | Self::Field(inner, _) => inner.visit(see),
+        }
+    }
+
+    /// Whether a part in it holds something computed.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        let mut holds = false;
+        self.visit(&mut |desc| holds |= matches!(desc, Self::Held(..)));
+        holds
+    }
+
+    /// Whether there is arithmetic in it, which may have no result.
+    #[must_use]
+    pub fn computes(&self) -> bool {
+        let mut computes = false;
+        self.visit(&mut |desc| computes |= matches!(desc, Self::Binary(..)));
+        computes
+    }
+
+    /// How many values it holds.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        let mut size = 0;
+        self.visit(&mut |desc| size += if let Self::Lit(lit) = desc { lit_size(lit) } else { 1 });
+        size
+    }
+
+    /// The same, with what `change` makes of each description that holds no others, and of each
+    /// match.
+    #[must_use]
+    pub fn change(&self, change: &mut impl FnMut(&Self) -> Option<Self>) -> Self {
+        if let Some(changed) = change(self) {
+            return changed;
+        }
+        match self {
+            Self::Lit(_) | Self::Axis(_) | Self::Held(..) => self.clone(),
+            Self::List(items) => Self::List(items.iter().map(|i| i.change(change)).collect()),
+            Self::Match(axis, arms) => {
+                Self::Match(*axis, arms.iter().map(|arm| arm.change(change)).collect())
+            }
+            Self::Part(name, args) => {
+                let args = args.iter().map(|(arg, value)| (arg.clone(), value.change(change)));
+                Self::Part(name.clone(), args.collect())
+            }
+            Self::Field(record, name) => Self::Field(Box::new(record.change(change)), name.clone()),
+            Self::Binary(op, left, right) => {
+                let (left, right) = (left.change(change), right.change(change));
+                Self::Binary(*op, Box::new(left), Box::new(right))
+            }
+            Self::Widen(inner) => Self::Widen(Box::new(inner.change(change))),
+        }
+    }
+
+    /// What it is at a place that names a coordinate for each of its axes.
+    ///
+    /// # Errors
+    /// If arithmetic has no result: division by zero or overflow.
+    ///
+    /// What a part holds becomes its slot in [`Spec::held`].
+    ///
+    /// # Panics
+    /// If the place lacks an axis, or types were not checked.
+    pub fn eval(&self, axes: &[Axis], place: &Place) -> Result<Lit, String> {
+        Ok(match self {
+            Self::Lit(lit) => lit.clone(),
+            Self::Axis(axis) => axes[axis.0 as usize].coords[place[axis]].value.clone(),
+            Self::List(items) => Lit::List(
+                items.iter().map(|item| item.eval(axes, place)).collect::<Result<_, _>>()?,
+            ),
+            Self::Field(record, name) => {
+                let record = record.eval(axes, place)?;
+                record.field(name).expect("checked to have the field").clone()
+            }
+            Self::Match(axis, arms) => arms[place[axis]].eval(axes, place)?,
+            Self::Held(slot, _) => Lit::Held(Held::Slot(*slot)),
+            Self::Part(name, args) => {
+                let args = args.iter().map(|(arg, v)| Ok((arg.clone(), v.eval(axes, place)?)));
+                Lit::Part(Part {
+                    name: name.clone(),
+                    args: args.collect::<Result<Args, String>>()?,
+                })
+            }
+            Self::Binary(op, left, right) if op.compares() => {
+                Lit::Bool(compare(*op, &left.eval(axes, place)?, &right.eval(axes, place)?))
+            }
+            Self::Binary(op, left, right) => {
+                arithmetic(*op, &left.eval(axes, place)?, &right.eval(axes, place)?)?
+            }
+            Self::Widen(inner) => widen(inner.eval(axes, place)?),
+        })
+    }
+}
+
+fn lit_size(lit: &Lit) -> usize {
+    match lit {
+        Lit::List(items) => 1 + items.iter().map(lit_size).sum::<usize>(),
+        Lit::Part(part) => 1 + part.args.values().map(lit_size).sum::<usize>(),
+        _ => 1,
+    }
+}
+
+/// Whole numbers as reals, in lists too.
+#[must_use]
+pub fn widen(lit: Lit) -> Lit {
+    match lit {
+        Lit::Int(_) => lit.as_f64().map_or(lit, Lit::Real),
+        Lit::List(items) => Lit::List(items.into_iter().map(widen).collect()),
+        other => other,
+    }
+}
+
+/// Numbers by size, everything else by being the same or not.
+fn compare(op: BinaryOp, left: &Lit, right: &Lit) -> bool {
+    let order = match (left, right, left.as_f64(), right.as_f64()) {
+        (Lit::Int(a), Lit::Int(b), ..) => Some(a.cmp(b)),
+        (_, _, Some(a), Some(b)) => a.partial_cmp(&b),
+        _ => (left == right).then_some(Ordering::Equal),
+    };
+    match op {
+        BinaryOp::Less => order == Some(Ordering::Less),
+        BinaryOp::AtMost => matches!(order, Some(Ordering::Less | Ordering::Equal)),
+        BinaryOp::Greater => order == Some(Ordering::Greater),
+        BinaryOp::AtLeast => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
+        BinaryOp::Equal => order == Some(Ordering::Equal),
+        _ => order != Some(Ordering::Equal),
+    }
+}
+
+fn arithmetic(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
+    if let (Lit::Int(a), Lit::Int(b)) = (left, right) {
+        let whole = match op {
+            BinaryOp::Add => a.checked_add(*b),
+            BinaryOp::Sub => a.checked_sub(*b),
+            BinaryOp::Mul => a.checked_mul(*b),
+            _ => return real(op, left, right),
+        };
+        return whole.map(Lit::Int).ok_or_else(|| format!("{a} {} {b} overflows", op.symbol()));
+    }
+    real(op, left, right)
+}
+
+fn real(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
+    let (a, b) = (left.as_f64().expect("a number"), right.as_f64().expect("a number"));
+    let value = match op {
+        BinaryOp::Add => a + b,
+        BinaryOp::Sub => a - b,
+        BinaryOp::Mul => a * b,
+        BinaryOp::Div => a / b,
+        other => unreachable!("`{}` is no arithmetic", other.symbol()),
+    };
+    let finite = value.is_finite().then_some(Lit::Real(value));
+    finite.ok_or_else(|| format!("{left} {} {right} is not finite", op.symbol()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{AxisRole, Coord};
+    use super::*;
+
+    #[test]
+    fn a_description_is_evaluated_at_a_place() {
+        let coords = [2, 3].map(|n| Coord { label: n.to_string(), value: Lit::Int(n) }).to_vec();
+        let axes = [Axis { name: "n".into(), role: AxisRole::Plain, coords }];
+        let n = Desc::Axis(AxisId(0));
+        let sum = Desc::Binary(BinaryOp::Add, Box::new(n), Box::new(Desc::Lit(Lit::Int(4))));
+        let desc = Desc::Widen(Box::new(Desc::List(vec![sum])));
+        let place = Place::from([(AxisId(0), 1)]);
+        assert_eq!(desc.eval(&axes, &place), Ok(Lit::List(vec![Lit::Real(7.0)])));
+        let picked = desc
+            .change(&mut |desc| matches!(desc, Desc::Axis(_)).then_some(Desc::Lit(Lit::Int(2))));
+        assert!(picked.axes().is_empty());
+        assert_eq!(picked.eval(&axes, &Place::new()), Ok(Lit::List(vec![Lit::Real(6.0)])));
+    }
+
+    #[test]
+    fn arithmetic_without_a_result_is_an_error() {
+        let check = |op, a: Lit, b: Lit| arithmetic(op, &a, &b);
+        assert_eq!(check(BinaryOp::Sub, 6.into(), 8.into()), Ok(Lit::Int(-2)));
+        assert_eq!(check(BinaryOp::Div, 1.into(), 4.into()), Ok(Lit::Real(0.25)));
+        assert!(check(BinaryOp::Div, 1.into(), 0.into()).is_err());
+        assert!(check(BinaryOp::Mul, i64::MAX.into(), 2.into()).is_err());
+    }
+}
