@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use ivx_cache::Cache;
 use ivx_engine::{
-    Fate, Options, Outcome, Plan, Silence, Source, expand, platform, schedule, wanted,
+    Fate, Options, Outcome, Plan, Silence, Source, Stop, expand, platform, schedule, wanted,
 };
 use ivx_grammar::check::{File, Project, Settings, check};
 use ivx_grammar::parse;
@@ -134,7 +134,8 @@ fn plan(text: &str) -> Plan {
 
 fn run(plan: &Plan, cache: &Path) -> Outcome {
     let mut cache = Cache::open(cache, &platform()).expect("the cache opens");
-    let options = Options { jobs: 2, fail_fast: false, library: "toys".to_owned() };
+    let options =
+        Options { jobs: 2, fail_fast: false, library: "toys".to_owned(), stop: Stop::default() };
     let wanted = wanted(plan);
     let outcome = schedule(plan, &registry(), &mut cache, &options, &wanted, &mut Silence);
     cache.close().expect("the cache closes");

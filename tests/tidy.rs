@@ -39,6 +39,7 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("sled", "cache/src/hints.rs"),
         ("miette", "cli/src/render.rs"),
         ("clap", "cli/src/"),
+        ("ctrlc", "cli/src/main.rs"),
         ("indicatif", "cli/src/progress.rs"),
         ("petgraph", "engine/src/"),
         ("rayon", "engine/src/schedule.rs"),

@@ -11,7 +11,8 @@ use clap::{Parser, Subcommand};
     version,
     after_help = "\
 Exit codes: 0 all went well, 1 a node failed (or a claim, under --strict; or results or layouts \
-differ), 2 the spec or the command line is wrong, 3 the disk or the cache failed."
+differ), 2 the spec or the command line is wrong, 3 the disk or the cache failed, \
+130 stopped by Ctrl-C (a second one does not wait for what runs)."
 )]
 pub(crate) struct Args {
     #[command(subcommand)]

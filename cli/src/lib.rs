@@ -11,8 +11,10 @@ mod replace;
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::sync::LazyLock;
 
 use clap::Parser as _;
+use ivx_engine::Stop;
 
 use args::{Args, Command};
 
@@ -26,6 +28,18 @@ pub const FAILED: u8 = 1;
 pub const WRONG: u8 = 2;
 /// The disk or the cache failed.
 pub const BROKEN: u8 = 3;
+
+/// The run was stopped by hand.
+pub const STOPPED: u8 = 130;
+
+/// Asks the run of this process to stop.
+static STOP: LazyLock<Stop> = LazyLock::new(Stop::default);
+
+/// Asks the command to end early: what runs is finished and kept. Returns whether this is the
+/// first time; who asks twice does not want to wait.
+pub fn stop() -> bool {
+    STOP.ask()
+}
 
 /// Runs the command with these arguments, the first being its name. Returns the exit code.
 pub fn run(

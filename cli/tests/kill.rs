@@ -107,3 +107,33 @@ fn two_runs_at_once_do_no_node_twice() {
     }
     assert_eq!(executed, nodes, "three processes share the work");
 }
+
+#[test]
+#[cfg(unix)]
+fn a_run_stopped_by_hand_keeps_what_it_did() {
+    let project = project();
+    let child = ivx(project.path(), "exec").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let child = child.expect("the command starts");
+    let began = Instant::now();
+    while number(&said(project.path(), "plan"), "hit") == 0
+        && began.elapsed() < Duration::from_secs(20)
+    {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let asked = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(asked.expect("signals can be sent").success());
+    let output = child.wait_with_output().expect("the child ends");
+    // A machine may be fast enough to be done before.
+    if output.status.code() != Some(0) {
+        assert_eq!(output.status.code(), Some(130));
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(said.contains("stopped: what was executed is kept"), "{said}");
+        assert!(!project.path().join("results/killed/results.ron").exists());
+        let ran = number(&said.replace("of ", ""), "nodes");
+        assert!(ran > 0, "{said}");
+    }
+    let before = number(&said(project.path(), "plan"), "hit");
+    let last = said(project.path(), "exec");
+    let nodes = number(&last.replace("of ", ""), "nodes");
+    assert!(last.contains(&format!("{} of {nodes} nodes executed", nodes - before)), "{last}");
+}

@@ -15,6 +15,7 @@ mod plan;
 mod platform;
 mod results;
 mod schedule;
+mod stop;
 
 pub use diff::{Change, diff};
 pub use event::{Event, Listen, Silence};
@@ -26,3 +27,4 @@ pub use plan::{Draw, Family, Fed, Plan, Source, Step};
 pub use platform::platform;
 pub use results::{Claim, ExperimentResults, Measure, Report, Results, Setting, report, wanted};
 pub use schedule::{Options, schedule};
+pub use stop::Stop;

@@ -22,6 +22,7 @@ use crate::key::{explain, key, number_digest};
 use crate::outcome::{Fate, Node, Outcome};
 use crate::plan::{Plan, Source, Step};
 use crate::platform::platform;
+use crate::stop::Stop;
 
 /// How a run goes about its work; nothing here can change a result.
 #[derive(Clone, Debug)]
@@ -32,6 +33,8 @@ pub struct Options {
     pub fail_fast: bool,
     /// The digest of the library's source, for provenance.
     pub library: String,
+    /// Ends the run early: what runs is finished and kept, nothing more is started.
+    pub stop: Stop,
 }
 
 /// How often a node that another process runs is looked at again.
@@ -238,6 +241,7 @@ impl<'a> Run<'a> {
         'a: 's,
     {
         loop {
+            self.stopped |= self.options.stop.asked();
             while self.running < self.options.jobs.max(1) && !self.stopped {
                 let Some((_, Reverse(node))) = self.runnable.pop() else {
                     break;

@@ -5,7 +5,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ivx_cache::Cache;
-use ivx_engine::{Fate, Fed, Options, Outcome, Plan, Silence, Source, Step, platform, schedule};
+use ivx_engine::{
+    Fate, Fed, Options, Outcome, Plan, Silence, Source, Step, Stop, platform, schedule,
+};
 use ivx_op::{Args, Array, Artifact as _, Ctx, Dim, Labels, Named, Op, OpError, Registry, declare};
 use petgraph::graph::NodeIndex;
 
@@ -74,7 +76,8 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
 fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
     let registry = Registry::default().op::<Plus>().op::<Fickle>();
     let mut cache = Cache::open(root, &platform()).expect("the cache opens");
-    let options = Options { jobs: 2, fail_fast: false, library: "toy".into() };
+    let options =
+        Options { jobs: 2, fail_fast: false, library: "toy".into(), stop: Stop::default() };
     let wanted: BTreeSet<NodeIndex> = wanted.iter().map(|i| NodeIndex::new(*i)).collect();
     let outcome = schedule(plan, &registry, &mut cache, &options, &wanted, &mut Silence)
         .expect("the cache works");
@@ -195,4 +198,34 @@ fn what_needs_lost_bytes_that_cannot_be_made_again_is_skipped() {
     let outcome = run(&fickle(&nodes), folder.path(), &[1, 4, 5]);
     assert_eq!(fates(&outcome), "fssssr");
     assert_eq!(outcome.values.keys().map(|node| node.index()).collect::<Vec<_>>(), [5]);
+}
+
+/// Asks a run to stop once a node has finished.
+struct StopAfter(Stop, usize);
+
+impl ivx_engine::Listen for StopAfter {
+    fn event(&mut self, event: ivx_engine::Event<'_>) {
+        if matches!(event, ivx_engine::Event::Finished { .. }) {
+            self.1 -= 1;
+            if self.1 == 0 {
+                self.0.ask();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_stopped_keeps_what_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = plan(&[(1.0, &[]), (2.0, &[0]), (3.0, &[1]), (4.0, &[2])]);
+    let registry = Registry::default().op::<Plus>();
+    let mut cache = Cache::open(folder.path(), &platform()).unwrap();
+    let stop = Stop::default();
+    let options = Options { jobs: 1, fail_fast: false, library: "toy".into(), stop: stop.clone() };
+    let wanted = BTreeSet::from([NodeIndex::new(3)]);
+    let mut listen = StopAfter(stop, 2);
+    let outcome = schedule(&chain, &registry, &mut cache, &options, &wanted, &mut listen).unwrap();
+    cache.close().unwrap();
+    assert_eq!(fates(&outcome), "rrww");
+    assert_eq!(fates(&run(&chain, folder.path(), &[3])), "hhrr");
 }

@@ -17,7 +17,7 @@ use super::ready;
 use super::summary;
 use crate::progress::Progress;
 use crate::replace::replace;
-use crate::{At as _, FAILED, OK, Trouble, WRONG, args, project};
+use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
 
 pub(crate) fn exec(
     args: &args::Exec,
@@ -36,8 +36,12 @@ pub(crate) fn exec(
             writeln!(err, "note: {trouble}")?;
         }
     }
-    let options =
-        Options { jobs, fail_fast: args.fail_fast, library: ivx_library::SOURCE_DIGEST.to_owned() };
+    let options = Options {
+        jobs,
+        fail_fast: args.fail_fast,
+        library: ivx_library::SOURCE_DIGEST.to_owned(),
+        stop: STOP.clone(),
+    };
     let mut progress = Progress::new(err, jobs);
     let outcome =
         schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress);
@@ -46,6 +50,11 @@ pub(crate) fn exec(
         writeln!(err, "note: {trouble}")?;
     }
     let outcome = outcome?;
+    if STOP.asked() && outcome.nodes.iter().any(|node| node.fate == Fate::Waiting) {
+        summary::executed(&plan, &outcome, started.elapsed(), out)?;
+        writeln!(out, "stopped: what was executed is kept, and the next run goes on from there")?;
+        return Ok(STOPPED);
+    }
     let name = project::name(&args.spec.path);
     let report = report(&name, &ready.spec, &plan, &outcome);
     let folder = ready.loaded.root.join("results").join(&name);

@@ -25,6 +25,16 @@ pub(super) fn write(
             claim(&output.name, &claims[&output.name], out)?;
         }
     }
+    executed(plan, outcome, took, out)
+}
+
+/// Writes how many nodes were executed.
+pub(super) fn executed(
+    plan: &Plan,
+    outcome: &Outcome,
+    took: Duration,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let count =
         |wanted: fn(&Fate) -> bool| outcome.nodes.iter().filter(|node| wanted(&node.fate)).count();
     let ran = count(|fate| matches!(fate, Fate::Ran { .. }));
