@@ -179,3 +179,21 @@ fn every_node_has_an_address_of_its_own() {
     addresses.dedup();
     assert_eq!(addresses.len(), n);
 }
+
+#[test]
+fn what_is_known_comes_out_the_same_again() {
+    let project = small();
+    let verified = |rest: &[&str]| {
+        let said = project.run("verify", "small.ivx", rest);
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        let (n, words) = said.out.split_once(' ').expect("a number comes first");
+        assert!(words.contains(&format!("nodes run again: {n} the same")), "{}", said.out);
+        n.parse::<usize>().expect("a number")
+    };
+    assert_eq!(verified(&[]), 0);
+    let executed = project.executed("small.ivx", &[]);
+    assert!(verified(&[]) >= executed);
+    let some = verified(&["--sample", "20%"]);
+    assert!(some < executed && some == verified(&["--sample", "20%"]));
+    assert_eq!(project.run("verify", "small.ivx", &["--sample", "half"]).code, 2);
+}

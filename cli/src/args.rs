@@ -30,6 +30,9 @@ pub(crate) enum Command {
     /// Say what a run would do: what is known, what would run.
     #[command(after_help = "Example: ivx plan experiments/thesis.ivx --dot | dot -Tsvg > dag.svg")]
     Plan(Plan),
+    /// Run again what is known of a spec, and say whether it comes out the same.
+    #[command(after_help = "Example: ivx verify experiments/thesis.ivx --sample 5%")]
+    Verify(Verify),
     /// Give specs their one layout, in place.
     #[command(after_help = "Example: ivx fmt --check experiments/ch2/*.ivx")]
     Fmt(Fmt),
@@ -100,6 +103,25 @@ pub(crate) struct Plan {
     /// Print the graph in Graphviz' language.
     #[arg(long, conflicts_with = "nodes")]
     pub(crate) dot: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+    /// How much of what is known: `5%`. The same nodes are chosen each time.
+    #[arg(long, value_name = "SHARE", default_value = "100%", value_parser = share)]
+    pub(crate) sample: f64,
+    /// How many nodes run at once [default: one a core].
+    #[arg(long, short)]
+    pub(crate) jobs: Option<usize>,
+}
+
+/// A share from 0 to 1, written in percent.
+fn share(text: &str) -> Result<f64, String> {
+    let percent = text.strip_suffix('%').and_then(|percent| percent.trim().parse::<f64>().ok());
+    let percent = percent.filter(|percent| (0.0..=100.0).contains(percent));
+    percent.map(|percent| percent / 100.0).ok_or("write a share such as `5%`".to_owned())
 }
 
 #[derive(Debug, clap::Args)]

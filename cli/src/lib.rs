@@ -64,6 +64,7 @@ pub fn run(
         Command::Exec(args) => command::exec(args, out, err),
         Command::Check(args) => command::check(args, out, err),
         Command::Plan(args) => command::plan(args, out, err),
+        Command::Verify(args) => command::verify(args, out, err),
         Command::Fmt(args) => command::fmt(args, out, err),
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),

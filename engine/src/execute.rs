@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ivx_cache::{CacheError, Fetched, Objects, Output};
-use ivx_op::{Array, Artifact as _, Call, Ctx, Gathered, Held, Lit, Registry};
+use ivx_op::{Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Registry};
 use petgraph::graph::NodeIndex;
 
 use crate::plan::{Draw, Fed, Source, Step};
@@ -21,6 +21,9 @@ pub(crate) enum Problem {
     Cache(CacheError),
 }
 
+/// The bytes of a step's inputs.
+pub(crate) type Inputs = BTreeMap<NodeIndex, Arc<[u8]>>;
+
 /// The result of one node and how many milliseconds it took.
 pub(crate) fn execute(
     step: &Step,
@@ -28,21 +31,36 @@ pub(crate) fn execute(
     objects: &Objects,
     outputs: &BTreeMap<NodeIndex, Output>,
 ) -> Result<(Output, u64), Problem> {
-    let mut bytes: BTreeMap<NodeIndex, Arc<[u8]>> = BTreeMap::new();
+    let inputs = read(objects, outputs)?;
+    let started = Instant::now();
+    let bytes = compute(step, registry, &inputs).map_err(Problem::Failed)?;
+    let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
+    let output = objects.put(&bytes).map_err(Problem::Cache)?;
+    Ok((output, millis))
+}
+
+/// The bytes of some outputs.
+pub(crate) fn read(
+    objects: &Objects,
+    outputs: &BTreeMap<NodeIndex, Output>,
+) -> Result<Inputs, Problem> {
+    let mut inputs = Inputs::new();
     let mut missing = Vec::new();
     for (node, output) in outputs {
         match objects.read(output).map_err(Problem::Cache)? {
             Fetched::Bytes(read) => {
-                bytes.insert(*node, read);
+                inputs.insert(*node, read);
             }
             Fetched::Missing | Fetched::Corrupt { .. } => missing.push(*node),
         }
     }
-    if !missing.is_empty() {
-        return Err(Problem::Missing(missing));
-    }
+    if missing.is_empty() { Ok(inputs) } else { Err(Problem::Missing(missing)) }
+}
+
+/// Runs the operation of a step; a panic is a failure like any other.
+pub(crate) fn compute(step: &Step, registry: &Registry, inputs: &Inputs) -> Result<Bytes, String> {
     let value = |source: &Source| match source {
-        Source::Node(node) => Arc::clone(&bytes[node]),
+        Source::Node(node) => Arc::clone(&inputs[node]),
         Source::Number(x) => Array::scalar(*x).encode().into(),
     };
     let gathered = |fed: &Fed| Gathered {
@@ -59,18 +77,11 @@ pub(crate) fn execute(
     let decl = registry.decl(&step.op).expect("checked programs name known operations");
     let draw = step.draw.unwrap_or(Draw { seed: 0, member: None });
     let ctx = Ctx { op: decl.name, seed: draw.seed, member: draw.member };
-    let started = Instant::now();
-    let result = catch_unwind(AssertUnwindSafe(|| registry.run(&step.op, &call, &ctx)));
-    let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
-    let bytes = match result {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(error)) => return Err(Problem::Failed(error.to_string())),
-        Err(panic) => {
-            return Err(Problem::Failed(format!("panicked: {}", panic_text(&*panic))));
-        }
-    };
-    let output = objects.put(&bytes).map_err(Problem::Cache)?;
-    Ok((output, millis))
+    match catch_unwind(AssertUnwindSafe(|| registry.run(&step.op, &call, &ctx))) {
+        Ok(Ok(bytes)) => Ok(bytes),
+        Ok(Err(error)) => Err(error.to_string()),
+        Err(panic) => Err(format!("panicked: {}", panic_text(&*panic))),
+    }
 }
 
 /// Puts what the parts in a description hold in the place of its slots.

@@ -16,6 +16,7 @@ mod platform;
 mod results;
 mod schedule;
 mod stop;
+mod verify;
 
 pub use diff::{Change, diff};
 pub use event::{Event, Listen, Silence};
@@ -28,3 +29,4 @@ pub use platform::platform;
 pub use results::{Claim, ExperimentResults, Measure, Report, Results, Setting, report, wanted};
 pub use schedule::{Options, schedule};
 pub use stop::Stop;
+pub use verify::{Verified, verify};

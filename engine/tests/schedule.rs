@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ivx_cache::Cache;
 use ivx_engine::{
-    Fate, Fed, Options, Outcome, Plan, Silence, Source, Step, Stop, platform, schedule,
+    Fate, Fed, Options, Outcome, Plan, Silence, Source, Step, Stop, Verified, platform, schedule,
+    verify,
 };
 use ivx_op::{Args, Array, Artifact as _, Ctx, Dim, Labels, Named, Op, OpError, Registry, declare};
 use petgraph::graph::NodeIndex;
@@ -51,6 +52,19 @@ impl Op for Fickle {
     }
 }
 
+declare! {
+    /// Nearly the same number each time it is called, as on other processors.
+    struct Drift = "drift" @ 1 -> Array {}
+}
+
+impl Op for Drift {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        static CALLS: AtomicUsize = AtomicUsize::new(0);
+        let calls = u32::try_from(CALLS.fetch_add(1, Ordering::SeqCst)).expect("few calls");
+        Ok(Array::scalar(1.0 + 1e-9 * f64::from(calls)))
+    }
+}
+
 /// A plan of `plus` nodes: what each adds, and which earlier nodes it sums.
 fn plan(nodes: &[(f64, &[usize])]) -> Plan {
     let mut plan = Plan::default();
@@ -73,8 +87,12 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
     plan
 }
 
+fn registry() -> Registry {
+    Registry::default().op::<Plus>().op::<Fickle>().op::<Drift>()
+}
+
 fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
-    let registry = Registry::default().op::<Plus>().op::<Fickle>();
+    let registry = registry();
     let mut cache = Cache::open(root, &platform()).expect("the cache opens");
     let options =
         Options { jobs: 2, fail_fast: false, library: "toy".into(), stop: Stop::default() };
@@ -228,4 +246,59 @@ fn a_run_that_is_stopped_keeps_what_it_did() {
     cache.close().unwrap();
     assert_eq!(fates(&outcome), "rrww");
     assert_eq!(fates(&run(&chain, folder.path(), &[3])), "hhrr");
+}
+
+#[test]
+fn what_is_known_is_run_again_and_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut all = plan(&[(1.0, &[]), (2.0, &[0]), (0.0, &[]), (0.0, &[]), (9.0, &[1])]);
+    for (node, op) in [(2, "fickle"), (3, "drift")] {
+        let step = &mut all.graph[NodeIndex::new(node)];
+        (step.op, step.args, step.ports) = (op.into(), Args::new(), Vec::new());
+    }
+    let mut known = all.clone();
+    known.graph.remove_node(NodeIndex::new(4));
+    assert_eq!(fates(&run(&known, folder.path(), &[3])), "rrrr");
+
+    let again = |platform: &str, share: f64| {
+        let cache = Cache::open(folder.path(), platform).unwrap();
+        verify(&all, &registry(), &cache, share, 2, &mut Silence).unwrap()
+    };
+    let found = again(&platform(), 1.0);
+    // Node 4 is not known.
+    let nodes: Vec<usize> = found.iter().map(|(node, _)| node.index()).collect();
+    assert_eq!(nodes, [0, 1, 2, 3]);
+    assert_eq!([&found[0].1, &found[1].1], [&Verified::Same; 2]);
+    assert!(matches!(found[2].1, Verified::Differs { .. }), "{:?}", found[2]);
+    assert!(matches!(found[3].1, Verified::Differs { .. }), "close is not enough at home");
+    assert_eq!(again(&platform(), 0.0), []);
+
+    let objects = folder.path().join("objects");
+    std::fs::remove_dir_all(&objects).unwrap();
+    std::fs::create_dir(&objects).unwrap();
+    assert_eq!(again(&platform(), 1.0)[1].1, Verified::Gone);
+}
+
+#[test]
+fn numbers_of_another_platform_may_be_close() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plan = plan(&[(0.0, &[])]);
+    let step = &mut plan.graph[NodeIndex::new(0)];
+    (step.op, step.args, step.ports) = ("drift".into(), Args::new(), Vec::new());
+    let mut cache = Cache::open(folder.path(), "elsewhere").unwrap();
+    let array = Array::scalar(1.0 - 1e-8);
+    let output = cache.objects().put(&array.encode()).unwrap();
+    let key = ivx_engine::key(&plan.graph[NodeIndex::new(0)], &registry(), |_| unreachable!());
+    let provenance = ivx_cache::Provenance {
+        op: "drift@1".into(),
+        node: "node 0".into(),
+        inputs: Vec::new(),
+        explanation: String::new(),
+        library: "toy".into(),
+        millis: 1,
+    };
+    let platform = "elsewhere".to_owned();
+    cache.commit(ivx_cache::Record { key, platform, output, provenance }).unwrap();
+    let found = verify(&plan, &registry(), &cache, 1.0, 1, &mut Silence).unwrap();
+    assert!(matches!(found[0].1, Verified::Close { by } if by < 1e-6), "{found:?}");
 }

@@ -9,6 +9,7 @@ mod new;
 mod ops;
 mod plan;
 mod summary;
+mod verify;
 
 use std::io::{IsTerminal as _, Write};
 
@@ -31,6 +32,7 @@ pub(crate) use fmt::fmt;
 pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
+pub(crate) use verify::verify;
 
 /// A spec that can run.
 struct Ready {

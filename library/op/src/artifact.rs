@@ -141,9 +141,73 @@ pub fn kind_of(bytes: &[u8]) -> Option<String> {
     ron::from_str::<Header<ron::Value>>(header).ok().map(|header| header.kind)
 }
 
+/// The largest relative difference between the numbers of two artifacts; `None` if they differ in
+/// anything else.
+///
+/// Relative is to the larger of the two and of 1. Equal not-a-numbers do not differ.
+#[must_use]
+pub fn distance(a: &[u8], b: &[u8]) -> Option<f64> {
+    let read = |bytes| {
+        let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
+        let header = metadata.metadata().as_ref()?.get("ivx")?.clone();
+        let file = SafeTensors::deserialize(bytes).ok()?;
+        let arrays =
+            file.iter().map(|(name, view)| Some((name.to_owned(), Data::from_view(&view)?)));
+        Some((header, arrays.collect::<Option<BTreeMap<_, _>>>()?))
+    };
+    let ((header, first), (other, second)) = (read(a)?, read(b)?);
+    if header != other || !first.keys().eq(second.keys()) {
+        return None;
+    }
+    first.iter().zip(second.values()).try_fold(0.0, |most: f64, ((_, a), b)| {
+        let by = match (a, b) {
+            (Data::F64(shape, a), Data::F64(other, b)) if shape == other => {
+                a.iter().zip(b).map(|(a, b)| relative(*a, *b)).fold(0.0, f64::max)
+            }
+            (Data::F32(shape, a), Data::F32(other, b)) if shape == other => {
+                let pairs = a.iter().zip(b);
+                pairs.map(|(a, b)| relative(f64::from(*a), f64::from(*b))).fold(0.0, f64::max)
+            }
+            (Data::U8(a), Data::U8(b)) if a == b => 0.0,
+            // The fields of a record are artifacts themselves.
+            (Data::U8(a), Data::U8(b)) => distance(a, b)?,
+            _ => return None,
+        };
+        Some(most.max(by))
+    })
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    if a == b || a.is_nan() && b.is_nan() {
+        return 0.0;
+    }
+    let by = (a - b).abs() / a.abs().max(b.abs()).max(1.0);
+    if by.is_nan() { f64::INFINITY } else { by }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_may_be_close_and_nothing_else() {
+        let artifact = |values: Vec<f64>, fact: u8| {
+            let arrays = [("x".to_owned(), Data::F64(vec![values.len()], values))];
+            Tensors { arrays: arrays.into() }.encode("Toy", &fact)
+        };
+        let a = artifact(vec![1.0, 200.0, f64::NAN], 1);
+        let close = distance(&a, &artifact(vec![1.0, 201.0, f64::NAN], 1)).unwrap();
+        assert!((close - 1.0 / 201.0).abs() < 1e-15, "{close}");
+        assert_eq!(distance(&a, &a), Some(0.0));
+        assert_eq!(distance(&a, &artifact(vec![1.0, 200.0, 3.0], 1)), Some(f64::INFINITY));
+        assert_eq!(distance(&a, &artifact(vec![1.0, 200.0], 1)), None);
+        assert_eq!(distance(&a, &artifact(vec![1.0, 200.0, f64::NAN], 2)), None);
+        let nested = |inner: Vec<u8>| {
+            Tensors { arrays: [("field".to_owned(), Data::U8(inner))].into() }.encode("Rec", &())
+        };
+        let by = distance(&nested(a), &nested(artifact(vec![1.5, 200.0, f64::NAN], 1)));
+        assert!((by.unwrap() - 1.0 / 3.0).abs() < 1e-15);
+    }
 
     #[test]
     fn arrays_and_facts_survive_the_round_trip() {

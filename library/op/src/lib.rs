@@ -21,7 +21,7 @@ pub use arg::{
     MemberCount, Members, Named, One, PortType,
 };
 pub use array::{Array, Dim, Labels};
-pub use artifact::{Artifact, Data, Tensors, kind_of};
+pub use artifact::{Artifact, Data, Tensors, distance, kind_of};
 pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
 pub use declare::field_name;
 pub use lit::{Args, Held, Lit, Part};
