@@ -38,7 +38,9 @@ static STOP: LazyLock<Stop> = LazyLock::new(Stop::default);
 /// Asks the command to end early: what runs is finished and kept. Returns whether this is the
 /// first time; who asks twice does not want to wait.
 pub fn stop() -> bool {
-    STOP.ask()
+    let first = !STOP.asked();
+    STOP.ask();
+    first
 }
 
 /// Runs the command with these arguments, the first being its name. Returns the exit code.

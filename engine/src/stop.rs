@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Asks; returns whether this is the first time.
-    pub fn ask(&self) -> bool {
-        !self.0.swap(true, Ordering::Relaxed)
+    /// Asks.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
     }
 
     /// Whether the run was asked to end.
