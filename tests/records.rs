@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use ivx_cache::Cache;
 use ivx_engine::{
@@ -134,8 +135,13 @@ fn plan(text: &str) -> Plan {
 
 fn run(plan: &Plan, cache: &Path) -> Outcome {
     let mut cache = Cache::open(cache, &platform()).expect("the cache opens");
-    let options =
-        Options { jobs: 2, fail_fast: false, library: "toys".to_owned(), stop: Stop::default() };
+    let options = Options {
+        jobs: 2,
+        fail_fast: false,
+        library: "toys".to_owned(),
+        checkpoint: Duration::ZERO,
+        stop: Stop::default(),
+    };
     let wanted = wanted(plan);
     let outcome = schedule(plan, &registry(), &mut cache, &options, &wanted, &mut Silence);
     cache.close().expect("the cache closes");

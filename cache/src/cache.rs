@@ -10,7 +10,7 @@ use crate::error::At as _;
 use crate::hints::{self, Hints};
 use crate::journal::{self, Journal, Seen};
 use crate::lock::{self, ActionLock};
-use crate::{CacheError, Conflict, Digest, Objects, Record, Trouble, durable};
+use crate::{CacheError, Checkpoints, Conflict, Digest, Objects, Record, Trouble, durable};
 
 const VERSION: &str = "ivx cache 1\n";
 
@@ -117,6 +117,12 @@ impl Cache {
     #[must_use]
     pub fn objects(&self) -> Objects {
         self.objects.clone()
+    }
+
+    /// What long computations keep of their progress: a cheap handle, as [`Self::objects`].
+    #[must_use]
+    pub fn checkpoints(&self) -> Checkpoints {
+        Checkpoints::new(&self.root)
     }
 
     /// Adds a record. The first result of a key on a platform stays.
@@ -291,7 +297,7 @@ fn prepare(root: &Path) -> Result<File, CacheError> {
             return Err(CacheError::Io { path: version, source });
         }
     };
-    for folder in ["objects", "journal", "locks", "tmp", "corrupt"] {
+    for folder in ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints"] {
         let folder = root.join(folder);
         fs::create_dir_all(&folder).at(&folder)?;
     }

@@ -5,6 +5,7 @@
 //! The crate knows no operation: keys, names and explanations are its caller's.
 
 mod cache;
+mod checkpoints;
 mod digest;
 mod durable;
 mod error;
@@ -16,6 +17,7 @@ mod record;
 mod sweep;
 
 pub use cache::{Cache, Committed, Stats};
+pub use checkpoints::Checkpoints;
 pub use digest::{Digest, NotADigest};
 pub use error::{CacheError, Conflict, Trouble};
 pub use hints::{Hints, Run};

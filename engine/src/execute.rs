@@ -9,6 +9,7 @@ use ivx_cache::{CacheError, Fetched, Objects, Output};
 use ivx_op::{Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Registry};
 use petgraph::graph::NodeIndex;
 
+use crate::checkpoint::Checkpoint;
 use crate::plan::{Draw, Fed, Source, Step};
 
 /// Why a node has no result.
@@ -30,12 +31,14 @@ pub(crate) fn execute(
     registry: &Registry,
     objects: &Objects,
     outputs: &BTreeMap<NodeIndex, Output>,
+    checkpoint: &Checkpoint,
 ) -> Result<(Output, u64), Problem> {
     let inputs = read(objects, outputs)?;
     let started = Instant::now();
-    let bytes = compute(step, registry, &inputs).map_err(Problem::Failed)?;
+    let bytes = compute(step, registry, &inputs, Some(checkpoint)).map_err(Problem::Failed)?;
     let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
     let output = objects.put(&bytes).map_err(Problem::Cache)?;
+    checkpoint.remove();
     Ok((output, millis))
 }
 
@@ -58,7 +61,12 @@ pub(crate) fn read(
 }
 
 /// Runs the operation of a step; a panic is a failure like any other.
-pub(crate) fn compute(step: &Step, registry: &Registry, inputs: &Inputs) -> Result<Bytes, String> {
+pub(crate) fn compute(
+    step: &Step,
+    registry: &Registry,
+    inputs: &Inputs,
+    checkpoint: Option<&Checkpoint>,
+) -> Result<Bytes, String> {
     let value = |source: &Source| match source {
         Source::Node(node) => Arc::clone(&inputs[node]),
         Source::Number(x) => Array::scalar(*x).encode().into(),
@@ -76,7 +84,8 @@ pub(crate) fn compute(step: &Step, registry: &Registry, inputs: &Inputs) -> Resu
     call.args.values_mut().for_each(|arg| fill(arg, &held));
     let decl = registry.decl(&step.op).expect("checked programs name known operations");
     let draw = step.draw.unwrap_or(Draw { seed: 0, member: None });
-    let ctx = Ctx { op: decl.name, seed: draw.seed, member: draw.member };
+    let ctx = Ctx::new(decl.name, draw.seed, draw.member);
+    let ctx = checkpoint.map_or(ctx, |checkpoint| ctx.keeping(checkpoint));
     match catch_unwind(AssertUnwindSafe(|| registry.run(&step.op, &call, &ctx))) {
         Ok(Ok(bytes)) => Ok(bytes),
         Ok(Err(error)) => Err(error.to_string()),

@@ -16,6 +16,7 @@ use ivx_op::Registry;
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
+use crate::checkpoint::Checkpoint;
 use crate::event::{Event, Listen};
 use crate::execute::{Problem, execute};
 use crate::key::{explain, key, number_digest};
@@ -33,6 +34,8 @@ pub struct Options {
     pub fail_fast: bool,
     /// The digest of the library's source, for provenance.
     pub library: String,
+    /// How much time lies between two checkpoints of a node.
+    pub checkpoint: Duration,
     /// Ends the run early: what runs is finished and kept, nothing more is started.
     pub stop: Stop,
 }
@@ -309,9 +312,16 @@ impl<'a> Run<'a> {
                 Source::Number(_) => None,
             })
             .collect();
+        let identity = (platform(), self.options.library.as_str());
+        let checkpoint = Checkpoint::new(
+            self.cache.checkpoints(),
+            &key,
+            (&identity.0, identity.1),
+            self.options.checkpoint,
+        );
         let (sender, objects, registry) = (sender.clone(), self.objects.clone(), self.registry);
         scope.spawn(move |_| {
-            let result = execute(step, registry, &objects, &outputs);
+            let result = execute(step, registry, &objects, &outputs, &checkpoint);
             // The receiver is gone only when the run ended with an error.
             let _ = sender.send(Message { node, key, lock, result });
         });

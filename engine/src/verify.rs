@@ -144,7 +144,7 @@ fn again(
         Err(Problem::Cache(error)) => return Err(error),
         Err(_) => return Ok(Verified::Gone),
     };
-    let bytes = match compute(step, registry, &inputs) {
+    let bytes = match compute(step, registry, &inputs, None) {
         Ok(bytes) => bytes,
         Err(why) => return Ok(Verified::Failed { why }),
     };

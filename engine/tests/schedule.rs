@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use ivx_cache::Cache;
 use ivx_engine::{
@@ -87,15 +88,40 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
     plan
 }
 
+static STEPS: AtomicUsize = AtomicUsize::new(0);
+
+declare! {
+    /// Six steps, the first time broken off in the fourth.
+    struct Long = "long" @ 1 -> Array {}
+}
+
+impl Op for Long {
+    fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
+        let start = ctx.resume().map_or(0, |state| state[0]);
+        for t in start..6 {
+            ctx.checkpoint(|| vec![t]);
+            if STEPS.fetch_add(1, Ordering::SeqCst) == 3 {
+                return Err(OpError::Failed("broken off".to_owned()));
+            }
+        }
+        Ok(Array::scalar(6.0))
+    }
+}
+
 fn registry() -> Registry {
-    Registry::default().op::<Plus>().op::<Fickle>().op::<Drift>()
+    Registry::default().op::<Plus>().op::<Fickle>().op::<Drift>().op::<Long>()
 }
 
 fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
     let registry = registry();
     let mut cache = Cache::open(root, &platform()).expect("the cache opens");
-    let options =
-        Options { jobs: 2, fail_fast: false, library: "toy".into(), stop: Stop::default() };
+    let options = Options {
+        jobs: 2,
+        fail_fast: false,
+        library: "toy".into(),
+        checkpoint: Duration::ZERO,
+        stop: Stop::default(),
+    };
     let wanted: BTreeSet<NodeIndex> = wanted.iter().map(|i| NodeIndex::new(*i)).collect();
     let outcome = schedule(plan, &registry, &mut cache, &options, &wanted, &mut Silence)
         .expect("the cache works");
@@ -239,7 +265,13 @@ fn a_run_that_is_stopped_keeps_what_it_did() {
     let registry = Registry::default().op::<Plus>();
     let mut cache = Cache::open(folder.path(), &platform()).unwrap();
     let stop = Stop::default();
-    let options = Options { jobs: 1, fail_fast: false, library: "toy".into(), stop: stop.clone() };
+    let options = Options {
+        jobs: 1,
+        fail_fast: false,
+        library: "toy".into(),
+        checkpoint: Duration::ZERO,
+        stop: stop.clone(),
+    };
     let wanted = BTreeSet::from([NodeIndex::new(3)]);
     let mut listen = StopAfter(stop, 2);
     let outcome = schedule(&chain, &registry, &mut cache, &options, &wanted, &mut listen).unwrap();
@@ -301,4 +333,18 @@ fn numbers_of_another_platform_may_be_close() {
     cache.commit(ivx_cache::Record { key, platform, output, provenance }).unwrap();
     let found = verify(&plan, &registry(), &cache, 1.0, 1, &mut Silence).unwrap();
     assert!(matches!(found[0].1, Verified::Close { by } if by < 1e-6), "{found:?}");
+}
+
+#[test]
+fn what_was_broken_off_goes_on_from_its_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plan = plan(&[(0.0, &[])]);
+    let step = &mut plan.graph[NodeIndex::new(0)];
+    (step.op, step.args, step.ports) = ("long".into(), Args::new(), Vec::new());
+    let kept = || std::fs::read_dir(folder.path().join("checkpoints")).unwrap().count();
+    assert_eq!(fates(&run(&plan, folder.path(), &[0])), "f");
+    assert_eq!((STEPS.load(Ordering::SeqCst), kept()), (4, 1));
+    assert_eq!(fates(&run(&plan, folder.path(), &[0])), "r");
+    // Steps 3, 4 and 5.
+    assert_eq!((STEPS.load(Ordering::SeqCst), kept()), (7, 0));
 }

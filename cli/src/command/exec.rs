@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use ivx_cache::{Cache, Trouble as CacheTrouble};
 use ivx_engine::{
@@ -18,6 +18,9 @@ use super::summary;
 use crate::progress::Progress;
 use crate::replace::replace;
 use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
+
+/// How much work a kill can cost one node.
+const CHECKPOINT: Duration = Duration::from_secs(10);
 
 pub(crate) fn exec(
     args: &args::Exec,
@@ -40,6 +43,7 @@ pub(crate) fn exec(
         jobs,
         fail_fast: args.fail_fast,
         library: ivx_library::SOURCE_DIGEST.to_owned(),
+        checkpoint: CHECKPOINT,
         stop: STOP.clone(),
     };
     let mut progress = Progress::new(err, jobs);

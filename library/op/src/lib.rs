@@ -29,5 +29,5 @@ pub use published::{Published, read_published};
 pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
 pub use rendered::{Figure, Table};
-pub use rng::Ctx;
+pub use rng::{Ctx, Progress};
 pub use verdict::{Finding, Outcome, Verdict};

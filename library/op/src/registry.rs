@@ -350,7 +350,7 @@ mod tests {
             args: [("shape".to_owned(), part.into())].into(),
             ports: [("factor".to_owned(), vec![factor])].into(),
         };
-        let ctx = Ctx { op: "area", seed: 0, member: None };
+        let ctx = Ctx::new("area", 0, None);
         let out = registry.run("area", &call, &ctx).expect("runs");
         assert_eq!(Array::decode(&out), Some(Array::scalar(6.0)));
         let side = &registry.decl("square").expect("registered").args[0];

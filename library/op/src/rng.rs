@@ -1,4 +1,5 @@
-//! Random streams: the only source of randomness.
+//! What a running operation knows besides its arguments: random streams, the only source of
+//! randomness, and where it left off.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -6,16 +7,55 @@ use sha2::{Digest as _, Sha256};
 
 /// What a running operation knows besides its arguments.
 #[derive(Clone, Copy, Debug)]
-pub struct Ctx {
+pub struct Ctx<'a> {
     /// The name of the operation.
     pub op: &'static str,
     /// The value of the `seed` axis; 0 without one.
     pub seed: i64,
     /// Which member of an ensemble this is.
     pub member: Option<u64>,
+    /// Where what was done so far is kept; nowhere in tests.
+    pub progress: Option<&'a dyn Progress>,
 }
 
-impl Ctx {
+/// Keeps what a long computation has done so far, so that it can go on after it was killed.
+///
+/// A computation that goes on must end in the same bytes as one that was never interrupted.
+pub trait Progress: std::fmt::Debug + Sync {
+    /// What was kept last of this very computation.
+    fn load(&self) -> Option<Vec<u8>>;
+    /// Whether it is time to keep something.
+    fn due(&self) -> bool;
+    /// Keeps this in the place of what was kept before. A failure costs time, not the result.
+    fn save(&self, state: Vec<u8>);
+}
+
+impl<'a> Ctx<'a> {
+    /// That of a computation which does not keep its progress.
+    #[must_use]
+    pub const fn new(op: &'static str, seed: i64, member: Option<u64>) -> Self {
+        Self { op, seed, member, progress: None }
+    }
+
+    /// The same, with a place to keep progress.
+    #[must_use]
+    pub const fn keeping(self, progress: &'a dyn Progress) -> Self {
+        Self { progress: Some(progress), ..self }
+    }
+
+    /// What this computation had done when it was interrupted.
+    #[must_use]
+    pub fn resume(&self) -> Option<Vec<u8>> {
+        self.progress?.load()
+    }
+
+    /// Keeps what is done so far, if it is time to. Call it between steps.
+    pub fn checkpoint(&self, state: impl FnOnce() -> Vec<u8>) {
+        if let Some(progress) = self.progress.filter(|progress| progress.due()) {
+            progress.save(state());
+        }
+    }
+
     /// A generator for one purpose, told apart by `labels` (such as a stream's name or an index).
     ///
     /// It depends on the seed, the operation, the purpose, the labels and the member, and on
@@ -48,7 +88,7 @@ mod tests {
 
     #[test]
     fn a_stream_depends_on_everything_that_names_it() {
-        let ctx = Ctx { op: "sample", seed: 0, member: None };
+        let ctx = Ctx::new("sample", 0, None);
         let first = |ctx: Ctx, purpose: &str, labels: &[&str]| ctx.rng(purpose, labels).next_u64();
         let mut draws = vec![
             first(ctx, "x", &[]),
@@ -67,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_first_draw_is_pinned() {
-        let ctx = Ctx { op: "sample", seed: 3, member: Some(2) };
+        let ctx = Ctx::new("sample", 3, Some(2));
         assert_eq!(ctx.rng("noise", &["test"]).next_u64(), 3_946_972_691_367_183_514);
     }
 }

@@ -60,7 +60,7 @@ mod tests {
     use super::*;
     use crate::math::moments::{mean, std};
 
-    const CTX: Ctx = Ctx { op: "sample", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("sample", 0, None);
 
     fn sample(n: usize) -> Sample {
         Sample {

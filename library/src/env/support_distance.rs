@@ -37,7 +37,7 @@ mod tests {
     fn the_nearest_input_counts() {
         let data = One(Dataset { x: vec![0.5, -1.0], y: vec![0.0, 0.0] });
         let at = Box::new(Grid { low: -2.0, high: 1.0, points: 4 });
-        let ctx = Ctx { op: "support_distance", seed: 0, member: None };
+        let ctx = Ctx::new("support_distance", 0, None);
         let distances = SupportDistance { data, at }.run(&ctx).unwrap();
         assert_eq!(distances.values, [1.0, 0.0, 0.5, 0.5]);
     }

@@ -51,7 +51,7 @@ mod tests {
     use super::super::arrange::tests::{axes, value};
     use super::*;
 
-    const CTX: Ctx = Ctx { op: "band", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("band", 0, None);
 
     fn band(center: Everything<Array>, spread: Everything<Array>) -> Result<Layer, OpError> {
         Band { center, spread, x: axes(&["x"]), width: 2.0, label: "±2σ".into() }.run(&CTX)

@@ -68,7 +68,7 @@ mod tests {
 
     fn bars(y: Everything<Array>) -> Result<String, OpError> {
         let bars = Bars { y, by: axes(&["ke"]), title: "T".into(), y_label: String::new() };
-        let ctx = Ctx { op: "bars", seed: 0, member: None };
+        let ctx = Ctx::new("bars", 0, None);
         bars.run(&ctx).map(|figure| figure.files["svg"].clone())
     }
 

@@ -86,7 +86,7 @@ mod tests {
         let y = super::super::arrange::tests::value(&[("x", &["0", "1"])], &[f64::NAN; 2]);
         let none = String::new;
         let all = Histogram { y, bins: 2, title: none(), x_label: none(), y_label: none() };
-        let found = all.run(&Ctx { op: "histogram", seed: 0, member: None });
+        let found = all.run(&Ctx::new("histogram", 0, None));
         assert_eq!(found, Err(OpError::Failed("`y` has no finite values".into())));
     }
 }

@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn each_label_has_its_mean() {
         let y = value(&[("seed", &["0", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 6.0]);
-        let ctx = Ctx { op: "level", seed: 0, member: None };
+        let ctx = Ctx::new("level", 0, None);
         let found = Level { y, by: axes(&["ke"]), label: String::new() }.run(&ctx).unwrap();
         let line = |label: &str, y| Series {
             label: label.into(),

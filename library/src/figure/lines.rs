@@ -47,7 +47,7 @@ mod tests {
             x_label: String::new(),
             y_label: String::new(),
         };
-        let ctx = Ctx { op: "lines", seed: 0, member: None };
+        let ctx = Ctx::new("lines", 0, None);
         let run = |by| lines(by).run(&ctx).unwrap().files["svg"].clone();
         let found = run(&["ke"]);
         for text in [">x<", ">y<", ">WCM<", ">MA<"] {

@@ -68,7 +68,7 @@ mod tests {
         let values = values.iter().map(|array: &Array| array.encode().into()).collect();
         let ports = [(port.to_owned(), vec![Gathered { dims, values, name: called }])];
         let call = Call { args: defaults.chain(given).collect(), ports: ports.into() };
-        registry.run(name, &call, &Ctx { op: name, seed: 0, member: None }).unwrap()
+        registry.run(name, &call, &Ctx::new(name, 0, None)).unwrap()
     }
 
     #[test]

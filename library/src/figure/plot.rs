@@ -79,7 +79,7 @@ mod tests {
             y_label: "reward".into(),
             y_range,
         };
-        let ctx = Ctx { op: "plot", seed: 0, member: None };
+        let ctx = Ctx::new("plot", 0, None);
         plot.run(&ctx).map(|figure| figure.files["svg"].clone())
     }
 

@@ -37,7 +37,7 @@ mod tests {
         let data = |x: &[f64], y: &[f64]| Dataset { x: x.to_vec(), y: y.to_vec() };
         let values = vec![data(&[1.0, 2.0], &[3.0, 4.0]), data(&[5.0], &[6.0])];
         let data = Everything(Gathered { dims: vec![], values, name: "demos".into() });
-        let ctx = Ctx { op: "points", seed: 0, member: None };
+        let ctx = Ctx::new("points", 0, None);
         let found = Points { data, label: String::new() }.run(&ctx).unwrap();
         let marks = vec![Mark::Points(vec![(1.0, 3.0), (2.0, 4.0), (5.0, 6.0)])];
         assert_eq!(found.series, [Series { label: "demos".into(), marks }]);

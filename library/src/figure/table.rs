@@ -226,7 +226,7 @@ mod tests {
         let beside = Many(beside.into_iter().map(named).collect());
         let (rows, columns) = (axes(&["ke"]), axes(columns));
         let table = Tabulate { values, rows, columns, beside, digits: 2 };
-        table.run(&Ctx { op: "table", seed: 0, member: None })
+        table.run(&Ctx::new("table", 0, None))
     }
 
     fn check(found: &Table, md: &str, csv: &str) {

@@ -75,7 +75,7 @@ mod tests {
 
     /// Five scores and weights, the fourth of weight zero; 50 times.
     fn beliefs() -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> {
-        let mut rng = Ctx { op: "test", seed: 0, member: None }.rng("beliefs", &[]);
+        let mut rng = Ctx::new("test", 0, None).rng("beliefs", &[]);
         (0..50).map(move |_| {
             let scores = (0..5).map(|_| rng.random::<f64>() * 4.0 - 2.0).collect();
             let mut weights: Vec<f64> = (0..5).map(|_| rng.random()).collect();

@@ -93,7 +93,7 @@ mod tests {
 
     fn member(part: &Part, k: u64, steps: u64) -> Model {
         let learner = learners().build(&registry().complete(part)).unwrap();
-        learner.train(&waves(), steps, &Ctx { op: "train", seed: 2, member: Some(k) }).unwrap()
+        learner.train(&waves(), steps, &Ctx::new("train", 2, Some(k))).unwrap()
     }
 
     /// Two periods within [-1, 1].
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_resample_has_as_many_pairs_and_keeps_them_together() {
-        let ctx = Ctx { op: "train", seed: 2, member: Some(0) };
+        let ctx = Ctx::new("train", 2, Some(0));
         let data = Dataset {
             x: (0..40).map(f64::from).collect(),
             y: (0..40).map(|i| f64::from(-i)).collect(),
@@ -199,7 +199,7 @@ mod tests {
                 prior_network,
                 prior_scale: 1.0,
             };
-            part.train(&waves(), 0, &Ctx { op: "train", seed: 0, member: Some(0) })
+            part.train(&waves(), 0, &Ctx::new("train", 0, Some(0)))
         };
         assert_eq!(train(true), Err(no_network()));
         assert_eq!(train(false), Ok(Model::Polynomial(vec![0.0])));

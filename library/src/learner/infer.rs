@@ -149,7 +149,7 @@ mod tests {
     use crate::env::{Grid, Interval, Sample, Sinusoids};
     use crate::math::moments::mean;
 
-    const CTX: Ctx = Ctx { op: "infer", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("infer", 0, None);
 
     fn infer(degree: usize, noise: f64, data: Dataset) -> One<Posterior> {
         let prior = Box::new(Normal { mean: 0.0, std: 1.0 });
@@ -162,7 +162,7 @@ mod tests {
         let from = Box::new(Interval { low: -1.0, high: 1.0 });
         let sample =
             Sample { reward: Box::new(Sinusoids {}), n, noise: 0.1, from, stream: "main".into() };
-        sample.run(&Ctx { op: "sample", seed, member: None }).unwrap()
+        sample.run(&Ctx::new("sample", seed, None)).unwrap()
     }
 
     fn stds(posterior: &One<Posterior>, low: f64, high: f64, noise: bool) -> Vec<f64> {

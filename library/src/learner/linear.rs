@@ -84,7 +84,7 @@ mod tests {
         LinearMap { features: Box::new(Polynomial { degree }), prior, noise: 0.1 }
     }
 
-    const CTX: Ctx = Ctx { op: "train", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("train", 0, None);
 
     #[test]
     fn a_line_through_two_points() {
@@ -120,7 +120,7 @@ mod tests {
             let from = Box::new(Interval { low: -1.0, high: 1.0 });
             let reward = Box::new(Sinusoids {});
             let sample = Sample { reward, n: 25, noise: 0.1, from, stream: "main".into() };
-            let data = sample.run(&Ctx { op: "sample", seed, member: None }).unwrap();
+            let data = sample.run(&Ctx::new("sample", seed, None)).unwrap();
             let (mle, map) = (mle(20).train(&data, 0, &CTX), map(20).train(&data, 0, &CTX));
             rmse(&map.unwrap()) < rmse(&mle.unwrap())
         });

@@ -38,7 +38,7 @@ impl Learner for MapEstimate {
         let strength = (self.noise / self.prior.std()).powi(2) / n;
         let pull = Pull { strength, centre: self.prior.mean() };
         let initial = self.net.init(&mut ctx.rng("init", &[]));
-        let net = fit(initial, data, &*self.optimiser, pull, steps);
+        let net = fit(initial, data, &*self.optimiser, pull, steps, ctx);
         if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
             let message = format!(
                 "training diverged within {steps} steps: lower the learning rate or widen the prior"
@@ -59,7 +59,7 @@ mod tests {
     use crate::learner::learners;
     use crate::registry;
 
-    const CTX: Ctx = Ctx { op: "train", seed: 1, member: None };
+    const CTX: Ctx = Ctx::new("train", 1, None);
 
     fn learner(hidden: &[i64], lr: f64) -> Part {
         let rate = Part::new("linear").with("from", lr).with("to", 0.0);

@@ -92,7 +92,7 @@ mod tests {
             let one = Gathered { dims: vec![], values, name: String::new() };
             call.ports.insert((*name).to_owned(), vec![one]);
         }
-        registry.run(op, &call, &Ctx { op, seed: 0, member: None }).unwrap()
+        registry.run(op, &call, &Ctx::new(op, 0, None)).unwrap()
     }
 
     #[test]

@@ -55,7 +55,7 @@ mod tests {
     #[test]
     fn equal_values_leave_no_interval() {
         assert_eq!(student_t(&[2.0; 5], 0.95), (2.0, 2.0));
-        let mut rng = Ctx { op: "test", seed: 0, member: None }.rng("bootstrap", &[]);
+        let mut rng = Ctx::new("test", 0, None).rng("bootstrap", &[]);
         assert_eq!(bootstrap(&[2.0; 20], 0.95, &mut rng), (2.0, 2.0));
     }
 
@@ -63,7 +63,7 @@ mod tests {
     fn the_bootstrap_nears_the_normal_interval() {
         // 0, …, 99: mean 49.5, population standard deviation 28.87, so 1.96·2.887 = 5.66.
         let xs: Vec<f64> = (0..100).map(real).collect();
-        let mut rng = Ctx { op: "test", seed: 0, member: None }.rng("bootstrap", &[]);
+        let mut rng = Ctx::new("test", 0, None).rng("bootstrap", &[]);
         let (low, high) = bootstrap(&xs, 0.95, &mut rng);
         assert!((low - 43.84).abs() < 0.2 && (high - 55.16).abs() < 0.2, "{low} {high}");
     }

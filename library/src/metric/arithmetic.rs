@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn each_comparison_is_its_own() {
-        let ctx = Ctx { op: "", seed: 0, member: None };
+        let ctx = Ctx::new("", 0, None);
         let x = Dim::new("x", Labels::Numbers(vec![0.0, 1.0, 2.0, 3.0]));
         let left = || One(Array::series(x.clone(), vec![1.0, 2.0, 3.0, f64::NAN]));
         let right = || One(Array::scalar(2.0));
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn each_sign_is_its_own() {
-        let ctx = Ctx { op: "", seed: 0, member: None };
+        let ctx = Ctx::new("", 0, None);
         let (left, right) = (|| One(Array::scalar(6.0)), || One(Array::scalar(4.0)));
         let results = [
             Add { left: left(), right: right() }.run(&ctx),

@@ -169,7 +169,7 @@ mod tests {
     use super::super::count_labels;
     use super::*;
 
-    const CTX: Ctx = Ctx { op: "claim", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("claim", 0, None);
 
     fn scalar(x: f64) -> Everything<Array> {
         Everything(Gathered { dims: vec![], values: vec![Array::scalar(x)], name: String::new() })

@@ -38,7 +38,7 @@ mod tests {
     #[test]
     fn members_are_reduced_at_each_coordinate() {
         let members = || Members(vec![row(&[1.0, -2.0]), row(&[-1.0, 2.0])]);
-        let ctx = Ctx { op: "equivalent", seed: 0, member: None };
+        let ctx = Ctx::new("equivalent", 0, None);
         let worst = Equivalent { scores: members(), ke: Box::new(Wcm {}) }.run(&ctx).unwrap();
         assert_eq!(worst, Array { values: vec![-1.0, -2.0], ..row(&[1.0, 2.0]) });
         let mean = Equivalent { scores: members(), ke: Box::new(Ma {}) }.run(&ctx).unwrap();
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn members_must_share_their_dimensions() {
         let scores = Members(vec![row(&[1.0]), row(&[1.0, 2.0])]);
-        let ctx = Ctx { op: "equivalent", seed: 0, member: None };
+        let ctx = Ctx::new("equivalent", 0, None);
         assert!(Equivalent { scores, ke: Box::new(Ma {}) }.run(&ctx).is_err());
     }
 }

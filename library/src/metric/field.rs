@@ -28,7 +28,7 @@ mod tests {
     fn a_field_is_its_own_bytes() {
         let record =
             || One(AnyRecord([("a".to_owned(), vec![1, 2]), ("b".to_owned(), vec![3])].into()));
-        let ctx = Ctx { op: "field", seed: 0, member: None };
+        let ctx = Ctx::new("field", 0, None);
         let field = |name: &str| Field { record: record(), name: name.to_owned() }.run(&ctx);
         assert_eq!(field("b"), Ok(AnyArtifact(vec![3])));
         assert!(field("c").is_err());

@@ -48,7 +48,7 @@ mod tests {
     fn both_gaps_of_one_decision() {
         // r*(0) = 0.2 and r*(1/2) = 1.05, the better of the two.
         let decision = Decision { action: 0.0, believed: 1.5, candidates: vec![0.0, 0.5] };
-        let ctx = Ctx { op: "", seed: 0, member: None };
+        let ctx = Ctx::new("", 0, None);
         let (decision, under) = (One(decision), || Box::new(Sinusoids {}));
         let regret = Regret { decision: decision.clone(), under: under() }.run(&ctx).unwrap();
         assert!((regret.values[0] - 0.85).abs() < 1e-12);

@@ -30,7 +30,7 @@ mod tests {
     fn means_apart_and_noise_add_up() {
         // Means ±3 have variance 9; with noise 4 that is 25.
         let scores = || Members(vec![Array::scalar(3.0), Array::scalar(-3.0)]);
-        let ctx = Ctx { op: "mixture_std", seed: 0, member: None };
+        let ctx = Ctx::new("mixture_std", 0, None);
         let std = |noise| MixtureStd { scores: scores(), noise }.run(&ctx).unwrap().values;
         assert_eq!(std(0.0), [3.0]);
         assert_eq!(std(4.0), [5.0]);

@@ -56,7 +56,7 @@ impl Op for PublishedNumbers {
 mod tests {
     use super::*;
 
-    const CTX: Ctx = Ctx { op: "published", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("published", 0, None);
 
     /// `method` (A, B) by `n` (0.5, 3).
     fn published(values: &[f64], missing: &[usize]) -> Result<Array, OpError> {

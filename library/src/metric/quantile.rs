@@ -38,7 +38,7 @@ mod tests {
         let values = [3.0, 1.0, 2.0].map(Array::scalar).to_vec();
         let x = Named(Gathered { dims: vec![seed], values, name: String::new() });
         let over = AxisNames(vec!["#0".to_owned()]);
-        let ctx = Ctx { op: "quantile", seed: 0, member: None };
+        let ctx = Ctx::new("quantile", 0, None);
         assert_eq!(
             Quantile { x, q: 0.25, over, by: GroupBy }.run(&ctx).unwrap(),
             Array::scalar(1.5)

@@ -113,7 +113,7 @@ mod tests {
 
     use super::*;
 
-    const CTX: Ctx = Ctx { op: "", seed: 0, member: None };
+    const CTX: Ctx = Ctx::new("", 0, None);
 
     fn dim(name: &str, n: u32) -> Dim {
         Dim::new(name, Labels::Numbers((0..n).map(f64::from).collect()))

@@ -35,7 +35,7 @@ mod tests {
         // The line x is wrong by 1 and by 7: √((1 + 49) / 2) = 5.
         let model = || One(Model::Polynomial(vec![0.0, 1.0]));
         let on = One(Dataset { x: vec![0.0, 2.0], y: vec![1.0, -5.0] });
-        let ctx = Ctx { op: "rmse", seed: 0, member: None };
+        let ctx = Ctx::new("rmse", 0, None);
         assert_eq!(Rmse { model: model(), on }.run(&ctx), Ok(Array::scalar(5.0)));
         assert!(Rmse { model: model(), on: One(Dataset::default()) }.run(&ctx).is_err());
     }

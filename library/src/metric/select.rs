@@ -71,7 +71,7 @@ mod tests {
         let x = Dim::new("x", Labels::Numbers(vec![0.5, 3.0]));
         let x = One(Array { dims: vec![ke, x], values: vec![1.0, 2.0, 3.0, 4.0] });
         let at = at.iter().map(|&label| label.to_owned()).collect();
-        let ctx = Ctx { op: "select", seed: 0, member: None };
+        let ctx = Ctx::new("select", 0, None);
         let selected = Select { x, dim: dim.to_owned(), at, keep }.run(&ctx);
         selected.map_err(|error| error.to_string())
     }

@@ -44,7 +44,7 @@ mod tests {
         let values = rows.map(|row| Array::series(member.clone(), row)).to_vec();
         let x = Named(Gathered { dims: vec![ke.clone()], values, name: String::new() });
         let over = AxisNames(vec!["member".to_owned()]);
-        let ctx = Ctx { op: "sort", seed: 0, member: None };
+        let ctx = Ctx::new("sort", 0, None);
         let ranked = Sort { x, over }.run(&ctx).unwrap();
         assert_eq!(ranked.dims, [ke, Dim::new("rank", count_labels(3))]);
         assert_eq!(ranked.values, [1.0, 2.0, 3.0, -1.0, 0.0, 9.0]);

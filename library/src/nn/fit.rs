@@ -1,12 +1,13 @@
 //! Training and evaluating networks.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use dfdx::prelude::{
     AsArray, Backward, Cpu, Gradients, MeanTo as _, Tape, TensorFromVec as _, Trace as _,
 };
-use ivx_op::Part;
+use ivx_op::{Ctx, Data, Part, Tensors};
 
 use super::activation::{Activation, activations};
 use super::dense::{Batch, Dense, dense};
@@ -21,7 +22,8 @@ use crate::artifact::{Dataset, NetModel};
 /// 1/(2N) Σ_i (y_i - f(x_i; θ))² + strength/2 ‖θ - centre‖²
 /// ```
 ///
-/// where `pull` is the second term. A prior network inside `net` is not evaluated and stays.
+/// where `pull` is the second term. A prior network inside `net` is not evaluated and stays. Progress
+/// is kept with `ctx`, and goes on from there.
 ///
 /// # Panics
 /// If an array is missing or the data have unequal columns.
@@ -32,13 +34,16 @@ pub fn fit(
     optimiser: &dyn Optimiser,
     pull: Pull,
     steps: u64,
+    ctx: &Ctx,
 ) -> NetModel {
     let mut layers = load(&net, "");
     let moments = |n: &[f32]| Moments::zeros(n.len());
     let mut moments: Vec<_> =
         layers.iter().map(|layer| (moments(&layer.weight), moments(&layer.bias))).collect();
     let (x, y) = (column(&data.x), column(&data.y));
-    for t in 0..steps {
+    let state = ctx.resume().and_then(|bytes| restore(&bytes, &mut layers, &mut moments));
+    for t in state.unwrap_or(0)..steps {
+        ctx.checkpoint(|| keep(t, &layers, &moments));
         let step = Step { t, total: steps, pull };
         backward(&layers, &x, &y);
         for (layer, (of_weight, of_bias)) in layers.iter_mut().zip(&mut moments) {
@@ -53,6 +58,54 @@ pub fn fit(
         array_mut(&mut net, &format!("{i}.bias")).clone_from(&layer.bias);
     }
     net
+}
+
+/// The running averages of a layer's weights and of its biases.
+type Averages = (Moments<f32>, Moments<f32>);
+
+/// The kind of a training that is not done.
+const UNFINISHED: &str = "Unfinished";
+
+/// A training before step `t`, as bytes.
+fn keep(t: u64, layers: &[Rc<Dense>], moments: &[Averages]) -> Vec<u8> {
+    let mut arrays = BTreeMap::new();
+    let mut put = |name: String, values: &[f32]| {
+        arrays.insert(name, Data::F32(vec![values.len()], values.to_vec()));
+    };
+    for (i, (layer, (of_weight, of_bias))) in layers.iter().zip(moments).enumerate() {
+        for (part, values, moments) in
+            [("weight", &layer.weight, of_weight), ("bias", &layer.bias, of_bias)]
+        {
+            put(format!("{i}.{part}"), values);
+            put(format!("{i}.{part}.first"), &moments.first);
+            put(format!("{i}.{part}.second"), &moments.second);
+        }
+    }
+    Tensors { arrays }.encode(UNFINISHED, &t)
+}
+
+/// The step that a training goes on with; `None`, and nothing changed, if the bytes are not of one
+/// of these layers.
+fn restore(bytes: &[u8], layers: &mut [Rc<Dense>], moments: &mut [Averages]) -> Option<u64> {
+    let (mut tensors, t): (_, u64) = Tensors::decode(UNFINISHED, bytes)?;
+    let mut take = |name: String, n: usize| {
+        tensors.f32(&name).map(|(_, values)| values).filter(|values| values.len() == n)
+    };
+    let mut read = Vec::new();
+    for (i, layer) in layers.iter().enumerate() {
+        for (part, n) in [("weight", layer.weight.len()), ("bias", layer.bias.len())] {
+            let first = take(format!("{i}.{part}.first"), n)?;
+            let second = take(format!("{i}.{part}.second"), n)?;
+            read.push((take(format!("{i}.{part}"), n)?, Moments { first, second }));
+        }
+    }
+    let mut read = read.into_iter();
+    for (layer, (of_weight, of_bias)) in layers.iter_mut().zip(moments) {
+        let layer = Rc::get_mut(layer).expect("there is no tape yet");
+        (layer.weight, *of_weight) = read.next()?;
+        (layer.bias, *of_bias) = read.next()?;
+    }
+    Some(t)
 }
 
 /// The network's outputs at scalar inputs, its prior network included.
@@ -124,10 +177,15 @@ fn column(values: &[f64]) -> Batch {
 #[cfg(test)]
 mod tests {
     use dfdx::prelude::{Axis, BroadcastTo as _, OwnedTape, Tensor, TryMatMul as _};
-    use ivx_op::Ctx;
+
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::{Mutex, PoisonError};
+
+    use ivx_op::Progress;
 
     use super::*;
     use crate::nn::net::nets;
+    use crate::nn::optimiser::optimisers;
     use crate::registry;
 
     fn net(activation: &str, hidden: &[i64]) -> NetModel {
@@ -135,7 +193,7 @@ mod tests {
             .with("hidden", hidden.to_vec())
             .with("activation", Part::new(activation));
         let net = nets().build(&registry().complete(&part)).unwrap();
-        net.init(&mut Ctx { op: "train", seed: 5, member: None }.rng("init", &[]))
+        net.init(&mut Ctx::new("train", 5, None).rng("init", &[]))
     }
 
     fn waves() -> Dataset {
@@ -246,6 +304,49 @@ mod tests {
                 assert!(distance < 1e-6 && theirs.iter().any(|g| g.abs() > 1e-3), "layer {i}");
             }
         }
+    }
+
+    /// Keeps every state, and breaks off before one step.
+    #[derive(Debug, Default)]
+    struct BreakOff(Mutex<(Option<Vec<u8>>, usize)>);
+
+    impl Progress for BreakOff {
+        fn load(&self) -> Option<Vec<u8>> {
+            self.0.lock().unwrap().0.clone()
+        }
+        fn due(&self) -> bool {
+            true
+        }
+        fn save(&self, state: Vec<u8>) {
+            let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            kept.0 = Some(state);
+            kept.1 += 1;
+            assert!(kept.1 != 8, "broken off");
+        }
+    }
+
+    #[test]
+    fn a_training_that_was_broken_off_ends_in_the_same_bytes() {
+        let (net, data) = (net("tanh", &[5, 4]), waves());
+        let part =
+            Part::new("adamw").with("lr", Part::new("linear").with("from", 0.1).with("to", 0.0));
+        let optimiser = optimisers().build(&registry().complete(&part)).unwrap();
+        let ctx = Ctx::new("train", 0, None);
+        let fit = |ctx: &Ctx| fit(net.clone(), &data, &*optimiser, Pull::default(), 20, ctx);
+        let whole = fit(&ctx);
+        let progress = BreakOff::default();
+        let broken = catch_unwind(AssertUnwindSafe(|| fit(&ctx.keeping(&progress))));
+        assert!(broken.is_err());
+        progress.0.clear_poison();
+        assert_eq!(fit(&ctx.keeping(&progress)), whole);
+        // The first run kept states 0 to 7, the second went on from 7.
+        assert_eq!(progress.0.lock().unwrap().1, 8 + 13);
+
+        let other = self::net("tanh", &[5]);
+        let fresh = super::fit(other.clone(), &data, &*optimiser, Pull::default(), 20, &ctx);
+        let foreign =
+            super::fit(other, &data, &*optimiser, Pull::default(), 20, &ctx.keeping(&progress));
+        assert_eq!(foreign, fresh, "the state of another network is left alone");
     }
 
     #[test]

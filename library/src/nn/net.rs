@@ -70,7 +70,7 @@ mod tests {
     use crate::nn::activation::Relu;
 
     fn init(hidden: &[usize], seed: i64) -> NetModel {
-        let ctx = Ctx { op: "train", seed, member: None };
+        let ctx = Ctx::new("train", seed, None);
         let mlp = Mlp { hidden: hidden.to_vec(), activation: Box::new(Relu {}) };
         mlp.init(&mut ctx.rng("init", &[]))
     }

@@ -54,7 +54,7 @@ mod tests {
     fn decide(ke: Box<dyn KnowledgeEquivalent>) -> (f64, f64) {
         let lines = vec![Model::Polynomial(vec![0.0, 1.0]), Model::Polynomial(vec![1.0, -2.0])];
         let among = Box::new(Grid { low: 0.0, high: 2.0, points: 3 });
-        let ctx = Ctx { op: "argmax", seed: 0, member: None };
+        let ctx = Ctx::new("argmax", 0, None);
         let decision = Argmax { model: Members(lines), ke, among }.run(&ctx).unwrap();
         (decision.action, decision.believed)
     }
@@ -70,7 +70,7 @@ mod tests {
     fn one_model_decides_alone() {
         let model = ivx_op::One(Model::Polynomial(vec![1.0, -2.0]));
         let among = Box::new(Grid { low: 0.0, high: 2.0, points: 3 });
-        let ctx = Ctx { op: "greedy", seed: 0, member: None };
+        let ctx = Ctx::new("greedy", 0, None);
         let decision = Greedy { model, among }.run(&ctx).unwrap();
         assert_eq!((decision.action, decision.believed), (0.0, 1.0));
         assert_eq!(decision.candidates, [0.0, 1.0, 2.0]);

@@ -64,7 +64,7 @@ mod tests {
         let left = belief(vec![lottery(&[-1.0, 1.0])]);
         let right = belief(vec![lottery(&[-1.0]), lottery(&[0.0]), lottery(&[1.0])]);
         let problem = Box::new(Boxes { left, right });
-        let ctx = Ctx { op: "decide", seed: 0, member: None };
+        let ctx = Ctx::new("decide", 0, None);
         let policy = Decide { problem, ce, ke }.run(&ctx).unwrap();
         assert_eq!(policy.dims[0].labels.text(1), "RIGHT");
         policy.values

@@ -115,7 +115,7 @@ fn mle(inputs: &Value, data: &Dataset) -> Vec<f64> {
 }
 
 fn coefficients(learner: &dyn Learner, data: &Dataset) -> Vec<f64> {
-    let ctx = Ctx { op: "train", seed: 0, member: None };
+    let ctx = Ctx::new("train", 0, None);
     match learner.train(data, 0, &ctx) {
         Ok(Model::Polynomial(theta)) => theta,
         other => panic!("expected coefficients, found {other:?}"),

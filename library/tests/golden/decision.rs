@@ -83,7 +83,7 @@ fn ce_table(case: &Case, path: &[&str]) -> Option<Value> {
     };
     let problem = Box::new(Boxes { left: belief("left"), right: belief("right") });
     let ke = Box::new(Ma {});
-    let ctx = Ctx { op: "", seed: 0, member: None };
+    let ctx = Ctx::new("", 0, None);
     let place = usize::from(key.ends_with("right"));
     match *key {
         "ce" => Some(json!(label)),
@@ -139,7 +139,7 @@ fn ke_over_ce(case: &Case, path: &[&str]) -> Option<Value> {
     let belief = || Box::new(BeliefOver { models: models(), weights: weights.clone() });
     let problem = Box::new(Boxes { left: belief(), right: belief() });
     let ke = ke_named(key)?;
-    let ctx = Ctx { op: "utility", seed: 0, member: None };
+    let ctx = Ctx::new("utility", 0, None);
     Some(json!(Utility { problem, ce, ke }.run(&ctx).ok()?.values[0]))
 }
 

@@ -45,7 +45,7 @@ fn ke_named(key: &str) -> Option<Box<dyn KnowledgeEquivalent>> {
 }
 
 fn gap_of(decision: Decision, gap: &str) -> Option<Value> {
-    let ctx = Ctx { op: "", seed: 0, member: None };
+    let ctx = Ctx::new("", 0, None);
     let under = Box::new(Sinusoids {});
     let index = decision.candidates.iter().position(|a| *a == decision.action);
     let decision = One(decision);
