@@ -197,3 +197,20 @@ fn what_is_known_comes_out_the_same_again() {
     assert!(some < executed && some == verified(&["--sample", "20%"]));
     assert_eq!(project.run("verify", "small.ivx", &["--sample", "half"]).code, 2);
 }
+
+#[test]
+fn a_lock_holds_what_a_run_found() {
+    let project = small();
+    assert_eq!(project.run("exec", "small.ivx", &["--locked"]).code, 2, "there is no lock yet");
+    assert_eq!(project.run("exec", "small.ivx", &["--lock"]).code, 0);
+    let first = project.read("ivx.lock");
+    let said = project.run("exec", "small.ivx", &["--locked"]);
+    assert!(said.code == 0 && said.out.contains("as locked in ivx.lock"), "{}", said.out);
+    assert_eq!(project.run("exec", "small.ivx", &["--lock"]).code, 0);
+    assert_eq!(project.read("ivx.lock"), first, "nothing moved");
+
+    project.write("small.ivx", &SMALL.replace("sample(reward, n: 8)", "sample(reward, n: 9)"));
+    let said = project.run("exec", "small.ivx", &["--locked"]);
+    assert!(said.code == 1 && said.out.contains("not as locked in ivx.lock"), "{}", said.out);
+    assert!(said.out.contains("  ~ small/data"), "{}", said.out);
+}

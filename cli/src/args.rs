@@ -79,6 +79,13 @@ pub(crate) struct Exec {
     /// Fail when a claim fails.
     #[arg(long)]
     pub(crate) strict: bool,
+    /// Keep what this run finds in `ivx.lock`, beside the spec.
+    #[arg(long, conflicts_with = "locked")]
+    pub(crate) lock: bool,
+    /// Fail when this run finds something else than `ivx.lock` has: other bytes on the same
+    /// platform, measures beyond a millionth on another.
+    #[arg(long)]
+    pub(crate) locked: bool,
     /// End the run with the first failure.
     #[arg(long, conflicts_with = "keep_going")]
     pub(crate) fail_fast: bool,

@@ -237,17 +237,9 @@ impl Results {
     }
 
     /// As text: sorted, with shortest round-trip numbers.
-    ///
-    /// # Panics
-    /// Never: results are plain data.
     #[must_use]
     pub fn to_ron(&self) -> String {
-        let config = ron::ser::PrettyConfig::new()
-            .indentor("  ")
-            .extensions(ron::extensions::Extensions::IMPLICIT_SOME);
-        let mut text = ron::ser::to_string_pretty(self, config).expect("results are plain data");
-        text.push('\n');
-        text
+        to_ron(self)
     }
 
     /// Back from text.
@@ -257,4 +249,14 @@ impl Results {
     pub fn from_ron(text: &str) -> Result<Self, ron::error::SpannedError> {
         ron::from_str(text)
     }
+}
+
+/// As text that reads well and differs only where the value does.
+pub(crate) fn to_ron(value: &impl Serialize) -> String {
+    let config = ron::ser::PrettyConfig::new()
+        .indentor("  ")
+        .extensions(ron::extensions::Extensions::IMPLICIT_SOME);
+    let mut text = ron::ser::to_string_pretty(value, config).expect("results are plain data");
+    text.push('\n');
+    text
 }

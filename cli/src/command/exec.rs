@@ -8,13 +8,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use ivx_cache::{Cache, Trouble as CacheTrouble};
 use ivx_engine::{
-    Fate, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
+    Fate, Lock, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
 };
 use ivx_op::Outcome as Verdict;
 use serde::Serialize;
 
-use super::ready;
 use super::summary;
+use super::{lock, ready};
 use crate::progress::Progress;
 use crate::replace::replace;
 use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
@@ -29,6 +29,12 @@ pub(crate) fn exec(
 ) -> Result<u8, Trouble> {
     let started = Instant::now();
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
+    let locks = lock::read(&args.spec.path)?;
+    let name = project::name(&args.spec.path);
+    if args.locked && !locks.specs.contains_key(&name) {
+        writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
+        return Ok(WRONG);
+    }
     let plan = expand(&ready.spec, &ready.registry);
     let jobs =
         args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
@@ -59,7 +65,6 @@ pub(crate) fn exec(
         writeln!(out, "stopped: what was executed is kept, and the next run goes on from there")?;
         return Ok(STOPPED);
     }
-    let name = project::name(&args.spec.path);
     let report = report(&name, &ready.spec, &plan, &outcome);
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report)?;
@@ -71,7 +76,12 @@ pub(crate) fn exec(
         report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
     let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));
     let failed = !report.results.failures.is_empty();
-    Ok(if failed || (args.strict && broken) { FAILED } else { OK })
+    let found = Lock::of(&plan, &outcome, &report.results);
+    let moved = args.locked && lock::moved(&locks.specs[&name], &found, out)?;
+    if args.lock && !failed {
+        lock::write(&args.spec.path, locks, name, found)?;
+    }
+    Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
 }
 
 /// Writes what changed; what the results before had written and these do not goes.

@@ -5,6 +5,7 @@ mod diff;
 mod exec;
 mod explain;
 mod fmt;
+mod lock;
 mod new;
 mod ops;
 mod plan;

@@ -1,0 +1,69 @@
+//! `ivx.lock`: what a run found, beside the spec.
+
+use std::fs;
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use ivx_engine::{Lock, Locks};
+
+use crate::replace::replace;
+use crate::{At as _, Trouble};
+
+/// The name of the file.
+pub(super) const FILE: &str = "ivx.lock";
+/// The format of the file.
+const FORMAT: u32 = 1;
+/// How many differences are told.
+const MOST: usize = 20;
+
+/// The locks beside a spec; none if there is no file.
+pub(super) fn read(spec: &Path) -> Result<Locks, Trouble> {
+    let path = beside(spec);
+    let text = match fs::read_to_string(&path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Locks::default()),
+        read => read.at(&path)?,
+    };
+    let content = |why| Trouble::Content { path: path.display().to_string(), why };
+    let locks = Locks::from_ron(&text).map_err(|why| content(why.to_string()))?;
+    if locks.format != FORMAT {
+        return Err(content(format!("format {} is not {FORMAT}", locks.format)));
+    }
+    Ok(locks)
+}
+
+/// Writes the locks with that of one spec made new.
+pub(super) fn write(
+    spec: &Path,
+    mut locks: Locks,
+    name: String,
+    lock: Lock,
+) -> Result<(), Trouble> {
+    locks.format = FORMAT;
+    locks.specs.insert(name, lock);
+    replace(&beside(spec), &locks.to_ron())
+}
+
+/// Whether a run found something else than is locked; says what.
+pub(super) fn moved(locked: &Lock, found: &Lock, out: &mut dyn Write) -> io::Result<bool> {
+    let lines = locked.differences(found);
+    if locked.platform != found.platform {
+        let (there, here) = (&locked.platform, &found.platform);
+        writeln!(out, "locked on {there}, run on {here}: measures are compared")?;
+    }
+    for line in lines.iter().take(MOST) {
+        writeln!(out, "  {line}")?;
+    }
+    match lines.len() {
+        0 => writeln!(out, "as locked in {FILE}")?,
+        n if n > MOST => writeln!(out, "  ... and {} more", n - MOST)?,
+        _ => {}
+    }
+    if !lines.is_empty() {
+        writeln!(out, "not as locked in {FILE}: {} differences", lines.len())?;
+    }
+    Ok(!lines.is_empty())
+}
+
+fn beside(spec: &Path) -> PathBuf {
+    spec.with_file_name(FILE)
+}
