@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use ivx_op::{ArgKind, Array, Artifact, Role, Ty};
+use ivx_op::{ArgKind, Array, Artifact, Registry, Role, Ty};
 
 use super::Checker;
 use super::call::Written;
@@ -114,7 +114,7 @@ impl<'a> Checker<'a> {
 
     /// What a type that was written asks for.
     fn wanted(&mut self, written: &TyExpr) -> Option<Wanted> {
-        let kinds = self.artifacts();
+        let kinds = &self.artifacts;
         let name = written.name.value.as_str();
         Some(match &written.args[..] {
             [] if name == SCALAR => Wanted::Scalar,
@@ -132,22 +132,6 @@ impl<'a> Checker<'a> {
             }
             _ => Wanted::Desc(self.ty(written)?),
         })
-    }
-
-    /// The kinds of artifact that operations take and result in.
-    pub(super) fn artifacts(&self) -> BTreeSet<&'a str> {
-        let mut kinds = BTreeSet::new();
-        for decl in self.registry.decls() {
-            if let Role::Op(out) = &decl.role {
-                kinds.insert(out.artifact);
-                kinds.extend(out.fields.iter().map(|field| field.artifact));
-            }
-            kinds.extend(decl.args.iter().filter_map(|arg| match &arg.kind {
-                ArgKind::Port(port) => Some(port.artifact),
-                _ => None,
-            }));
-        }
-        kinds
     }
 
     /// A type as it was written.
@@ -178,4 +162,20 @@ impl<'a> Checker<'a> {
             self.expr(&at, value);
         }
     }
+}
+
+/// The kinds of artifact that operations take and result in.
+pub(super) fn artifacts(registry: &Registry) -> BTreeSet<&str> {
+    let mut kinds = BTreeSet::new();
+    for decl in registry.decls() {
+        if let Role::Op(out) = &decl.role {
+            kinds.insert(out.artifact);
+            kinds.extend(out.fields.iter().map(|field| field.artifact));
+        }
+        kinds.extend(decl.args.iter().filter_map(|arg| match &arg.kind {
+            ArgKind::Port(port) => Some(port.artifact),
+            _ => None,
+        }));
+    }
+    kinds
 }

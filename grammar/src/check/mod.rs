@@ -94,6 +94,7 @@ pub fn check(
     let mut checker = Checker {
         project,
         registry,
+        artifacts: function::artifacts(registry),
         scopes,
         spec: Spec::default(),
         diagnostics,
@@ -156,6 +157,8 @@ pub fn runs(diagnostics: &[Diagnostic]) -> bool {
 struct Checker<'a> {
     project: &'a Project,
     registry: &'a Registry,
+    /// The kinds of artifact there are.
+    artifacts: BTreeSet<&'a str>,
     scopes: Scopes<'a>,
     spec: Spec,
     diagnostics: Vec<Diagnostic>,
