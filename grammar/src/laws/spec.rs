@@ -46,6 +46,8 @@ fn declaration() -> Tokens {
         titled("figure", "="),
         titled("table", "="),
         titled("claim", ":"),
+        tolerant(),
+        published(),
     ]
     .boxed()
 }
@@ -81,8 +83,18 @@ fn profile() -> Tokens {
     let set = (name(), expr(), any::<bool>()).prop_map(|(name, value, comma)| {
         [name, of("="), value, of(if comma { "," } else { "" })].concat()
     });
-    (name(), vec(set, 0..4))
-        .prop_map(|(name, sets)| [of("profile"), name, of("{"), sets.concat(), of("}")].concat())
+    let base = option::of(name().prop_map(|base| [of(":"), base].concat()));
+    (name(), base, vec(set, 0..4))
+        .prop_map(|(name, base, sets)| {
+            let base = base.unwrap_or_default();
+            [of("profile"), name, base, of("{"), sets.concat(), of("}")].concat()
+        })
+        .boxed()
+}
+
+fn published() -> Tokens {
+    (name(), string())
+        .prop_map(|(name, path)| [of("published"), name, of("from"), path].concat())
         .boxed()
 }
 
@@ -90,7 +102,12 @@ fn axis() -> Tokens {
     let label = (string(), expr()).prop_map(|(label, value)| [label, of(":"), value].concat());
     let range = (expr(), expr()).prop_map(|(low, high)| [low, of(".."), high].concat());
     let values = prop_oneof![bracketed("{", vec(label, 0..4), "}"), range, expr()];
-    (name(), values).prop_map(|(name, values)| [of("axis"), name, of("="), values].concat()).boxed()
+    let fields = option::of(bracketed("(", vec(name(), 1..4), ")"));
+    (name(), fields, values)
+        .prop_map(|(name, fields, values)| {
+            [of("axis"), name, fields.unwrap_or_default(), of("="), values].concat()
+        })
+        .boxed()
 }
 
 fn binding() -> Tokens {
@@ -115,6 +132,17 @@ fn measure() -> Tokens {
 fn titled(word: &'static str, sign: &'static str) -> Tokens {
     (string(), expr())
         .prop_map(|(title, value)| [of(word), title, of(sign), value].concat())
+        .boxed()
+}
+
+/// A claim of equality within a tolerance.
+fn tolerant() -> Tokens {
+    (string(), expr(), expr(), expr())
+        .prop_map(|(title, left, right, within)| {
+            let sides = [of("("), left, of(")"), of("=="), of("("), right, of(")")].concat();
+            let within = [of("within"), of("("), within, of(")")].concat();
+            [of("claim"), title, of(":"), sides, within].concat()
+        })
         .boxed()
 }
 
@@ -145,6 +173,9 @@ fn expr() -> Tokens {
             field(inner.clone()),
             negated(inner.clone()),
             sum(inner.clone()),
+            record(inner.clone()),
+            tuple(inner.clone()),
+            matching(inner.clone()),
             comparison(inner),
         ]
     })
@@ -165,6 +196,26 @@ fn call(inner: Tokens) -> Tokens {
     });
     (prop_oneof![4 => name(), 1 => keyword], bracketed("(", vec(named, 0..5), ")"))
         .prop_map(|(name, args)| [name, args].concat())
+        .boxed()
+}
+
+fn record(inner: Tokens) -> Tokens {
+    let field = (name(), inner).prop_map(|(name, value)| [name, of(":"), value].concat());
+    bracketed("(", vec(field, 1..4), ")")
+}
+
+fn tuple(inner: Tokens) -> Tokens {
+    bracketed("(", vec(inner, 2..4), ")")
+}
+
+fn matching(inner: Tokens) -> Tokens {
+    let minus = prop_oneof![Just(of("")), Just(of("-"))];
+    let number = (minus, number()).prop_map(|(minus, number)| [minus, number].concat());
+    let arm = (prop_oneof![string(), number], inner)
+        .prop_map(|(label, value)| [label, of(":"), value].concat());
+    let field = vec(name().prop_map(|name| [of("."), name].concat()), 0..2);
+    (name(), field, bracketed("{", vec(arm, 0..4), "}"))
+        .prop_map(|(name, fields, arms)| [of("match"), name, fields.concat(), arms].concat())
         .boxed()
 }
 
@@ -201,7 +252,18 @@ fn comparison(inner: Tokens) -> Tokens {
 /// What binds as tightly as anything.
 fn operand(inner: Tokens) -> Tokens {
     let parens = inner.clone().prop_map(|value| [of("("), value, of(")")].concat());
-    prop_oneof![parens, name(), string(), boolean(), call(inner.clone()), list(inner)].boxed()
+    prop_oneof![
+        parens,
+        name(),
+        string(),
+        boolean(),
+        call(inner.clone()),
+        list(inner.clone()),
+        record(inner.clone()),
+        tuple(inner.clone()),
+        matching(inner),
+    ]
+    .boxed()
 }
 
 fn number() -> Tokens {
