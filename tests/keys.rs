@@ -76,6 +76,8 @@ enum Operation {
     Combined(&'static str, Index, Index),
     Reduced(&'static str, Index),
     Selected(Index),
+    Matched(Index, Index),
+    Grouped(Index),
 }
 
 fn experiment() -> impl Strategy<Value = Experiment> {
@@ -106,6 +108,8 @@ fn operation() -> BoxedStrategy<Operation> {
         (op, one(), one()).prop_map(|(op, left, right)| Operation::Combined(op, left, right)),
         (reduction, one()).prop_map(|(reduction, x)| Operation::Reduced(reduction, x)),
         one().prop_map(Operation::Selected),
+        (one(), one()).prop_map(|(first, second)| Operation::Matched(first, second)),
+        one().prop_map(Operation::Grouped),
     ]
     .boxed()
 }
@@ -157,6 +161,8 @@ enum Term {
     Binary(&'static str, Box<Term>, Box<Term>),
     Negated(Box<Term>),
     Selected(Box<Term>, String),
+    /// A match over `ke`: labels and arms.
+    Match(Vec<(String, Term)>),
 }
 
 /// A result: a `let`, and the axes it varies over.
@@ -267,6 +273,22 @@ impl Experiment {
                     }
                     (x, axes) => (Term::Negated(x), axes),
                 },
+                Operation::Matched(first, second) => {
+                    let ((first, mut axes), (second, more)) = (taken(first), taken(second));
+                    axes.extend(more);
+                    axes.push("ke");
+                    axes.sort_unstable();
+                    axes.dedup();
+                    let arms = vec![(self.label.clone(), *first), ("MA".to_owned(), *second)];
+                    (Term::Match(arms), axes)
+                }
+                Operation::Grouped(x) => {
+                    let (x, axes) = taken(x);
+                    let cost = Term::Binary("*", Box::new(plain("task.cost")), x);
+                    let by = ("by", plain("task.kind"));
+                    let mean = Term::Call("mean", vec![("x", cost), ("over", plain("task")), by]);
+                    (Term::Selected(Box::new(mean), "kind: \"easy\"".to_owned()), axes)
+                }
             };
             values.push(Value { term, axes });
         }
@@ -285,6 +307,8 @@ impl Writing {
         let (learner, degree) = (there.name("learner"), self.name("power"));
         let mut theirs = vec![
             "axis degree = [1, 2]".to_owned(),
+            "axis task(kind, cost) = { \"a\": (\"easy\", 1), \"b\": (\"hard\", 2.5), \"c\": (\"easy\", 3) }"
+                .to_owned(),
             format!("axis ke = {{ {:?}: wcm(), \"MA\": ma() }}", experiment.label),
             format!(
                 "let {learner}({degree}: Int) = {}",
@@ -301,6 +325,7 @@ impl Writing {
         let mut brought = vec![
             "degree".to_owned(),
             "ke".to_owned(),
+            "task".to_owned(),
             format!("{learner} as {}", self.name("learner")),
         ];
         for (i, term) in terms.iter().enumerate().filter(|(i, _)| !self.inlines(*i)) {
@@ -378,6 +403,14 @@ impl Writing {
             Term::Binary(op, left, right) => format!("{} {op} {}", written(left), written(right)),
             Term::Negated(x) => format!("-{}", written(x)),
             Term::Selected(x, at) => format!("{}[{at}]", written(x)),
+            Term::Match(arms) => {
+                let arms = arms.iter().map(|(label, arm)| format!("{label:?}: {}", written(arm)));
+                let mut arms: Vec<_> = arms.collect();
+                if self.reversed {
+                    arms.reverse();
+                }
+                format!("match ke {{ {} }}", arms.join(", "))
+            }
         }
     }
 
