@@ -70,6 +70,7 @@ pub(crate) struct Spec {
 }
 
 #[derive(Debug, clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(crate) struct Exec {
     #[command(flatten)]
     pub(crate) spec: Spec,
