@@ -180,14 +180,17 @@ fn number(n: i64) -> Term {
     Term::Plain(n.to_string())
 }
 
+fn grid() -> Term {
+    Term::Call("grid", vec![("low", plain("-1.0")), ("high", plain("1.0")), ("points", number(3))])
+}
+
+fn reward() -> Term {
+    Term::Call("sinusoids", vec![])
+}
+
 impl Experiment {
-    /// The `let`s: data, models, and then the results.
-    fn lets(&self) -> (Vec<Term>, Vec<Value>) {
-        let grid = || {
-            let args = vec![("low", plain("-1.0")), ("high", plain("1.0")), ("points", number(3))];
-            Term::Call("grid", args)
-        };
-        let reward = || Term::Call("sinusoids", vec![]);
+    /// The data and the models.
+    fn made(&self) -> Vec<Term> {
         let sample = |n: i64, stream: &str| {
             let args = vec![
                 ("reward", reward()),
@@ -203,12 +206,17 @@ impl Experiment {
         };
         let net = Term::Call("map_estimate", vec![("noise", plain("0.2"))]);
         let ensemble = Term::Call("ensemble", vec![("learner", net), ("members", number(2))]);
-        let made = vec![
+        vec![
             sample(self.n, "main"),
             sample(9, "test"),
             train(Term::Learner(self.degree), 0),
             train(ensemble, 3),
-        ];
+        ]
+    }
+
+    /// The `let`s: data, models, and then the results.
+    fn lets(&self) -> (Vec<Term>, Vec<Value>) {
+        let made = self.made();
         let predicted = Term::Call("predict", vec![("model", Term::Bound(3)), ("at", grid())]);
         let chosen = vec![("model", Term::Bound(3)), ("ke", plain("ke")), ("among", grid())];
         let mut values = vec![
