@@ -67,8 +67,7 @@ fn reached(plan: Plan) -> Plan {
     let Plan { graph, mut outputs } = plan;
     let mut reached = vec![false; graph.node_count()];
     let wanted = outputs.values().flat_map(|family| &family.sources);
-    let node = |source: &Source| if let Source::Node(node) = source { Some(*node) } else { None };
-    let mut todo: Vec<NodeIndex> = wanted.filter_map(node).collect();
+    let mut todo: Vec<NodeIndex> = wanted.filter_map(Source::node).collect();
     while let Some(node) = todo.pop() {
         if !std::mem::replace(&mut reached[node.index()], true) {
             todo.extend(graph.neighbors_directed(node, Incoming));
@@ -99,8 +98,7 @@ fn reached(plan: Plan) -> Plan {
 
 /// Adds a step and the edges from its inputs.
 fn add(graph: &mut DiGraph<Step, ()>, step: Step) -> NodeIndex {
-    let nodes = |source| if let Source::Node(node) = source { Some(node) } else { None };
-    let inputs: BTreeSet<NodeIndex> = step.sources().filter_map(nodes).collect();
+    let inputs: BTreeSet<NodeIndex> = step.sources().filter_map(|source| source.node()).collect();
     let node = graph.add_node(step);
     for input in inputs {
         graph.add_edge(input, node, ());
@@ -209,12 +207,11 @@ impl Expansion<'_> {
         let draw = op.stochastic.then(|| self.draw(place));
         let address = self.address(expr, place);
         let mut step = Step { address, op: op.name.clone(), args, held, ports, draw };
-        let input = |source: &Source| match source {
-            Source::Node(node) => (0_u8, node.index() as u64),
-            Source::Number(x) => (1, x.to_bits()),
-        };
         let input = |source: &Source| {
-            let (kind, bits) = input(source);
+            let (kind, bits) = match source {
+                Source::Node(node) => (0_u8, node.index() as u64),
+                Source::Number(x) => (1, x.to_bits()),
+            };
             let mut bytes = [kind; 9];
             bytes[1..].copy_from_slice(&bits.to_le_bytes());
             bytes

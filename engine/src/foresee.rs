@@ -1,6 +1,6 @@
 //! What a run would do, as far as it can be known without running.
 
-use ivx_cache::{Cache, Digest};
+use ivx_cache::{Cache, Digest, Record};
 use ivx_op::Registry;
 
 use crate::key::{key, number_digest};
@@ -17,28 +17,42 @@ pub enum Foreseen {
     Unknown,
 }
 
+/// What is known of one node without running anything.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'c> {
+    /// Its key, if all its inputs are known.
+    pub(crate) key: Option<Digest>,
+    /// Its record, if there is one.
+    pub(crate) record: Option<&'c Record>,
+}
+
+/// What is known of each node, by its index.
+pub(crate) fn known<'c>(plan: &Plan, registry: &Registry, cache: &'c Cache) -> Vec<Known<'c>> {
+    let mut known: Vec<Known<'_>> = Vec::with_capacity(plan.graph.node_count());
+    for step in plan.graph.node_weights() {
+        let digest = |source: &Source| match source {
+            Source::Number(x) => Some(number_digest(*x)),
+            Source::Node(node) => known[node.index()].record.map(|record| record.output.digest),
+        };
+        let ready = step.sources().all(|source| digest(&source).is_some());
+        let key = ready
+            .then(|| key(step, registry, |source| digest(source).expect("all inputs are known")));
+        let record = key.and_then(|key| cache.lookup(&key));
+        known.push(Known { key, record });
+    }
+    known
+}
+
 /// What a run would do, by the index of the node.
 ///
 /// # Panics
 /// If an input does not come before its user, which `expand` sees to.
 #[must_use]
 pub fn foresee(plan: &Plan, registry: &Registry, cache: &Cache) -> Vec<Foreseen> {
-    let mut digests: Vec<Option<Digest>> = Vec::new();
-    let mut foreseen = Vec::new();
-    for step in plan.graph.node_weights() {
-        let digest = |source: &Source| match source {
-            Source::Number(x) => Some(number_digest(*x)),
-            Source::Node(node) => digests[node.index()],
-        };
-        if step.sources().any(|source| digest(&source).is_none()) {
-            digests.push(None);
-            foreseen.push(Foreseen::Unknown);
-            continue;
-        }
-        let key = key(step, registry, |source| digest(source).expect("all are known"));
-        let known = cache.lookup(&key).map(|record| record.output.digest);
-        foreseen.push(if known.is_some() { Foreseen::Hit } else { Foreseen::Run });
-        digests.push(known);
-    }
-    foreseen
+    let foreseen = |known: Known<'_>| match (known.key, known.record) {
+        (_, Some(_)) => Foreseen::Hit,
+        (Some(_), None) => Foreseen::Run,
+        (None, None) => Foreseen::Unknown,
+    };
+    known(plan, registry, cache).into_iter().map(foreseen).collect()
 }

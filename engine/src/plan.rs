@@ -72,6 +72,17 @@ pub struct Family {
     pub sources: Vec<Source>,
 }
 
+impl Source {
+    /// The node, if it is one.
+    #[must_use]
+    pub fn node(&self) -> Option<NodeIndex> {
+        match self {
+            Self::Node(node) => Some(*node),
+            Self::Number(_) => None,
+        }
+    }
+}
+
 impl Step {
     /// The sources of what is held and of all ports, in order.
     pub fn sources(&self) -> impl Iterator<Item = Source> {

@@ -93,9 +93,7 @@ pub struct Report {
 #[must_use]
 pub fn wanted(plan: &Plan) -> BTreeSet<NodeIndex> {
     let sources = plan.outputs.values().flat_map(|family| &family.sources);
-    sources
-        .filter_map(|source| if let Source::Node(node) = source { Some(*node) } else { None })
-        .collect()
+    sources.filter_map(Source::node).collect()
 }
 
 /// The report of a run.

@@ -92,6 +92,7 @@ struct Run<'a> {
     options: &'a Options,
     listen: &'a mut dyn Listen,
     objects: Objects,
+    platform: String,
     nodes: Vec<Node>,
     values: BTreeMap<NodeIndex, Arc<[u8]>>,
     /// How many inputs of each node are not known yet.
@@ -126,6 +127,7 @@ impl<'a> Run<'a> {
             plan,
             registry,
             objects: cache.objects(),
+            platform: platform(),
             cache,
             options,
             listen,
@@ -302,21 +304,15 @@ impl<'a> Run<'a> {
         let expected_millis = self.cache.hints().expected_millis(&op);
         self.listen.event(Event::Started { address: &step.address, expected_millis });
         self.running += 1;
-        let outputs: BTreeMap<NodeIndex, Output> = step
-            .sources()
-            .filter_map(|source| match source {
-                Source::Node(input) => Some((
-                    input,
-                    self.nodes[input.index()].output.clone().expect("inputs come first"),
-                )),
-                Source::Number(_) => None,
-            })
-            .collect();
-        let identity = (platform(), self.options.library.as_str());
+        let output = |node: NodeIndex| {
+            (node, self.nodes[node.index()].output.clone().expect("inputs come first"))
+        };
+        let outputs: BTreeMap<NodeIndex, Output> =
+            step.sources().filter_map(|source| source.node()).map(output).collect();
         let checkpoint = Checkpoint::new(
             self.cache.checkpoints(),
             &key,
-            (&identity.0, identity.1),
+            (&self.platform, &self.options.library),
             self.options.checkpoint,
         );
         let (sender, objects, registry) = (sender.clone(), self.objects.clone(), self.registry);
@@ -346,7 +342,7 @@ impl<'a> Run<'a> {
                     library,
                     millis,
                 };
-                let platform = platform();
+                let platform = self.platform.clone();
                 match self.cache.commit(Record {
                     key,
                     platform,

@@ -1,17 +1,16 @@
 //! Runs again what is known, to see whether it comes out the same.
 
-use std::collections::BTreeMap;
 use std::sync::mpsc;
 use std::time::Instant;
 
-use ivx_cache::{Cache, CacheError, Digest, Objects, Output};
+use ivx_cache::{Cache, CacheError, Digest, Fetched, Objects, Record};
 use ivx_op::{Registry, distance};
 use petgraph::graph::NodeIndex;
 
 use crate::event::{Event, Listen};
 use crate::execute::{Problem, compute, read};
-use crate::key::{key, number_digest};
-use crate::plan::{Plan, Source, Step};
+use crate::foresee::{Known, known};
+use crate::plan::{Plan, Step};
 use crate::platform::platform;
 
 /// By how much numbers of another platform may differ, relative to their size.
@@ -61,21 +60,26 @@ pub fn verify(
     listen: &mut dyn Listen,
 ) -> Result<Vec<(NodeIndex, Verified)>, CacheError> {
     let known = known(plan, registry, cache);
-    let chosen: Vec<&Known> = known.values().filter(|known| known.chosen(share)).collect();
+    let chosen = plan.graph.node_indices().filter_map(|node| {
+        let Known { key: Some(key), record: Some(record) } = known[node.index()] else {
+            return None;
+        };
+        chosen(&key, share).then_some((node, record))
+    });
+    let chosen: Vec<(NodeIndex, &Record)> = chosen.collect();
     listen.event(Event::Planned { nodes: chosen.len() });
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build();
     let pool = pool.expect("the system starts threads");
     let (sender, receiver) = mpsc::channel();
     let mut verified = pool.in_place_scope(|scope| {
-        for one in &chosen {
+        for &(node, record) in &chosen {
             let (sender, objects, known) = (sender.clone(), cache.objects(), &known);
             scope.spawn(move |_| {
                 let started = Instant::now();
-                let step = &plan.graph[one.node];
-                let found = again(step, one, known, registry, &objects);
+                let found = again(&plan.graph[node], record, known, registry, &objects);
                 let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
                 // The receiver is gone only when another node ended with an error.
-                let _ = sender.send((one.node, found, millis));
+                let _ = sender.send((node, found, millis));
             });
         }
         drop(sender);
@@ -91,54 +95,24 @@ pub fn verify(
     Ok(verified)
 }
 
-/// A node whose record is known.
-struct Known {
-    node: NodeIndex,
-    key: Digest,
-    output: Output,
-    platform: String,
-}
-
-impl Known {
-    /// Whether its key is among the lowest `share` of all keys.
-    fn chosen(&self, share: f64) -> bool {
-        let head = u32::from_be_bytes([self.key.0[0], self.key.0[1], self.key.0[2], self.key.0[3]]);
-        f64::from(head) < share * (f64::from(u32::MAX) + 1.0)
-    }
-}
-
-fn known(plan: &Plan, registry: &Registry, cache: &Cache) -> BTreeMap<NodeIndex, Known> {
-    let mut known: BTreeMap<NodeIndex, Known> = BTreeMap::new();
-    for node in plan.graph.node_indices() {
-        let step = &plan.graph[node];
-        let digest = |source: &Source| match source {
-            Source::Number(x) => Some(number_digest(*x)),
-            Source::Node(input) => known.get(input).map(|known| known.output.digest),
-        };
-        if step.sources().any(|source| digest(&source).is_none()) {
-            continue;
-        }
-        let key = key(step, registry, |source| digest(source).expect("all are known"));
-        if let Some(record) = cache.lookup(&key) {
-            let (output, platform) = (record.output.clone(), record.platform.clone());
-            known.insert(node, Known { node, key, output, platform });
-        }
-    }
-    known
+/// Whether a key is among the lowest `share` of all keys.
+fn chosen(key: &Digest, share: f64) -> bool {
+    let head = u32::from_be_bytes([key.0[0], key.0[1], key.0[2], key.0[3]]);
+    f64::from(head) < share * (f64::from(u32::MAX) + 1.0)
 }
 
 fn again(
     step: &Step,
-    one: &Known,
-    known: &BTreeMap<NodeIndex, Known>,
+    record: &Record,
+    known: &[Known<'_>],
     registry: &Registry,
     objects: &Objects,
 ) -> Result<Verified, CacheError> {
-    let nodes = step.sources().filter_map(|source| match source {
-        Source::Node(node) => Some(node),
-        Source::Number(_) => None,
-    });
-    let outputs = nodes.map(|node| (node, known[&node].output.clone())).collect();
+    let output = |node: NodeIndex| {
+        let input = known[node.index()].record.expect("what has a key has known inputs");
+        (node, input.output.clone())
+    };
+    let outputs = step.sources().filter_map(|source| source.node()).map(output).collect();
     let inputs = match read(objects, &outputs) {
         Ok(inputs) => inputs,
         Err(Problem::Cache(error)) => return Err(error),
@@ -149,20 +123,18 @@ fn again(
         Err(why) => return Ok(Verified::Failed { why }),
     };
     let found = Digest::of(&bytes);
-    if found == one.output.digest {
+    if found == record.output.digest {
         return Ok(Verified::Same);
     }
-    if one.platform != platform() {
-        let own = BTreeMap::from([(one.node, one.output.clone())]);
-        let before = match read(objects, &own) {
-            Ok(before) => before,
-            Err(Problem::Cache(error)) => return Err(error),
-            Err(_) => return Ok(Verified::Gone),
+    if record.platform != platform() {
+        let before = match objects.read(&record.output)? {
+            Fetched::Bytes(before) => before,
+            Fetched::Missing | Fetched::Corrupt { .. } => return Ok(Verified::Gone),
         };
-        if let Some(by) = distance(&before[&one.node], &bytes).filter(|by| *by <= TOLERANCE) {
+        if let Some(by) = distance(&before, &bytes).filter(|by| *by <= TOLERANCE) {
             return Ok(Verified::Close { by });
         }
     }
-    let (known, platform) = (one.output.digest, one.platform.clone());
+    let (known, platform) = (record.output.digest, record.platform.clone());
     Ok(Verified::Differs { known, found, platform })
 }

@@ -88,6 +88,12 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
     plan
 }
 
+/// Makes a node one of an operation without arguments.
+fn become_op(plan: &mut Plan, node: usize, op: &str) {
+    let step = &mut plan.graph[NodeIndex::new(node)];
+    (step.op, step.args, step.ports) = (op.into(), Args::new(), Vec::new());
+}
+
 static STEPS: AtomicUsize = AtomicUsize::new(0);
 
 declare! {
@@ -229,8 +235,7 @@ fn what_needs_lost_bytes_that_cannot_be_made_again_is_skipped() {
     // The first sums nothing; node 0 is then made fickle.
     let fickle = |nodes: &[(f64, &[usize])]| {
         let mut plan = plan(nodes);
-        let first = &mut plan.graph[NodeIndex::new(0)];
-        (first.op, first.args, first.ports) = ("fickle".into(), Args::new(), Vec::new());
+        become_op(&mut plan, 0, "fickle");
         plan
     };
     let known: [(f64, &[usize]); 2] = [(0.0, &[]), (1.0, &[0])];
@@ -284,10 +289,8 @@ fn a_run_that_is_stopped_keeps_what_it_did() {
 fn what_is_known_is_run_again_and_compared() {
     let folder = tempfile::tempdir().unwrap();
     let mut all = plan(&[(1.0, &[]), (2.0, &[0]), (0.0, &[]), (0.0, &[]), (9.0, &[1])]);
-    for (node, op) in [(2, "fickle"), (3, "drift")] {
-        let step = &mut all.graph[NodeIndex::new(node)];
-        (step.op, step.args, step.ports) = (op.into(), Args::new(), Vec::new());
-    }
+    become_op(&mut all, 2, "fickle");
+    become_op(&mut all, 3, "drift");
     let mut known = all.clone();
     known.graph.remove_node(NodeIndex::new(4));
     assert_eq!(fates(&run(&known, folder.path(), &[3])), "rrrr");
@@ -315,8 +318,7 @@ fn what_is_known_is_run_again_and_compared() {
 fn numbers_of_another_platform_may_be_close() {
     let folder = tempfile::tempdir().unwrap();
     let mut plan = plan(&[(0.0, &[])]);
-    let step = &mut plan.graph[NodeIndex::new(0)];
-    (step.op, step.args, step.ports) = ("drift".into(), Args::new(), Vec::new());
+    become_op(&mut plan, 0, "drift");
     let mut cache = Cache::open(folder.path(), "elsewhere").unwrap();
     let array = Array::scalar(1.0 - 1e-8);
     let output = cache.objects().put(&array.encode()).unwrap();
@@ -339,8 +341,7 @@ fn numbers_of_another_platform_may_be_close() {
 fn what_was_broken_off_goes_on_from_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let mut plan = plan(&[(0.0, &[])]);
-    let step = &mut plan.graph[NodeIndex::new(0)];
-    (step.op, step.args, step.ports) = ("long".into(), Args::new(), Vec::new());
+    become_op(&mut plan, 0, "long");
     let kept = || std::fs::read_dir(folder.path().join("checkpoints")).unwrap().count();
     assert_eq!(fates(&run(&plan, folder.path(), &[0])), "f");
     assert_eq!((STEPS.load(Ordering::SeqCst), kept()), (4, 1));
