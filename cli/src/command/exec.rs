@@ -14,7 +14,7 @@ use ivx_op::Outcome as Verdict;
 use serde::Serialize;
 
 use super::summary;
-use super::{lock, ready};
+use super::{jobs, lock, ready};
 use crate::progress::Progress;
 use crate::replace::replace;
 use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
@@ -29,15 +29,14 @@ pub(crate) fn exec(
 ) -> Result<u8, Trouble> {
     let started = Instant::now();
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let locks = lock::read(&args.spec.path)?;
     let name = project::name(&args.spec.path);
-    if args.locked && !locks.specs.contains_key(&name) {
+    let locks = if args.lock || args.locked { Some(lock::read(&args.spec.path)?) } else { None };
+    if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
         writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
         return Ok(WRONG);
     }
     let plan = expand(&ready.spec, &ready.registry);
-    let jobs =
-        args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let jobs = jobs(args.jobs);
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     for trouble in cache.troubles() {
         // What a killed writer left undone is no damage: its nodes run again.
@@ -76,10 +75,14 @@ pub(crate) fn exec(
         report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
     let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));
     let failed = !report.results.failures.is_empty();
-    let found = Lock::of(&plan, &outcome, &report.results);
-    let moved = args.locked && lock::moved(&locks.specs[&name], &found, out)?;
-    if args.lock && !failed {
-        lock::write(&args.spec.path, locks, name, found)?;
+    let mut moved = false;
+    if let Some(locks) = locks {
+        let found = Lock::of(&plan, &outcome, &report.results);
+        if args.locked {
+            moved = lock::moved(&locks.specs[&name], &found, out)?;
+        } else if !failed {
+            lock::write(&args.spec.path, locks, name, found)?;
+        }
     }
     Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
 }

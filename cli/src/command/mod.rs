@@ -43,6 +43,11 @@ struct Ready {
     n_warnings: usize,
 }
 
+/// How many nodes run at once: as many as asked for, else one a core.
+fn jobs(asked: Option<usize>) -> usize {
+    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+}
+
 /// Loads and checks a spec. What is wrong with it goes to `err`; with an error among that,
 /// `None`.
 fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Trouble> {

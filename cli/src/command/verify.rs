@@ -6,7 +6,7 @@ use std::time::Instant;
 use ivx_cache::Cache;
 use ivx_engine::{Verified, expand, platform};
 
-use super::ready;
+use super::{jobs, ready};
 use crate::progress::{Progress, spell};
 use crate::{FAILED, OK, Trouble, WRONG, args, project};
 
@@ -19,8 +19,7 @@ pub(crate) fn verify(
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry);
     let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
-    let jobs =
-        args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let jobs = jobs(args.jobs);
     let mut progress = Progress::new(err, jobs);
     let verified =
         ivx_engine::verify(&plan, &ready.registry, &cache, args.sample, jobs, &mut progress);
