@@ -14,6 +14,7 @@ mod family;
 mod function;
 mod gather;
 mod lint;
+mod meet;
 mod member;
 mod op;
 mod param;
