@@ -21,4 +21,5 @@ mod records;
 mod report;
 mod reruns;
 mod tidy;
+mod values;
 mod versions;

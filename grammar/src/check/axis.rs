@@ -6,9 +6,9 @@ use ivx_op::{Lit, Part, Role, Ty};
 
 use super::Checker;
 use super::scope::name_of;
-use super::value::{Val, convert, is_record, join, record};
+use super::value::{Val, is_record, join, record};
 use crate::ast::{AxisExpr, Expr, ExprKind, Name};
-use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, Groups};
+use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, Groups, widen};
 use crate::{Code, Diagnostic, Span, Spanned, suggest};
 
 /// The name of the axis whose value reaches every stochastic operation.
@@ -231,7 +231,7 @@ impl<'a> Checker<'a> {
         }
         let coords = entries.iter().zip(typed).map(|((label, _), (value, ..))| Coord {
             label: label.value.clone(),
-            value: convert(value, &joined),
+            value: widen(value, &joined),
         });
         Some(coords.collect())
     }
@@ -340,7 +340,10 @@ impl<'a> Checker<'a> {
 
     /// What stands for an axis in expressions: its value at each coordinate.
     pub(super) fn axis_value(&self, id: AxisId) -> Val {
-        Val::Desc(Desc::Axis(id), self.type_of(&self.spec.axis(id).coords[0].value))
+        let mut types = self.spec.axis(id).coords.iter().map(|coord| self.type_of(&coord.value));
+        let first = types.next().expect("axes have coordinates");
+        // The lists of the first may be empty.
+        Val::Desc(Desc::Axis(id), types.fold(first, |ty, other| join(&ty, &other).unwrap_or(ty)))
     }
 }
 

@@ -207,7 +207,7 @@ impl<'a> Checker<'a> {
                     self.fault(fault.maybe_help(help));
                     return None;
                 }
-                let desc = coerce(desc, fits);
+                let desc = coerce(desc, fits, &ty);
                 if !self.evaluates(&desc, expr.span) {
                     return None;
                 }

@@ -186,7 +186,6 @@ impl<'a> Checker<'a> {
                 Val::Desc(desc, found) => {
                     let joined = match &ty {
                         ty if *ty == nothing() => Some(found.clone()),
-                        Ty::Record(_) => (ty == found).then(|| found.clone()),
                         ty => join(ty, &found),
                     };
                     let Some(joined) = joined else {
@@ -218,7 +217,7 @@ impl<'a> Checker<'a> {
         }
         let descs = descs.into_iter().map(|(desc, found)| match fit(&ty, &found) {
             Fit::No => desc,
-            fits => coerce(desc, fits),
+            fits => coerce(desc, fits, &ty),
         });
         let desc = Desc::List(descs.collect());
         self.bounded(desc, Ty::List(Box::new(ty)), span)
@@ -267,7 +266,10 @@ impl<'a> Checker<'a> {
                 && !a.holds()
                 && !b.holds();
             if op.compares() && (numbers || alike) {
-                return self.arithmetic(op, a.clone(), b.clone(), Ty::Bool, span);
+                let ty = join(a_ty, b_ty).unwrap_or(Ty::Float);
+                let [a, b] = [(a, a_ty), (b, b_ty)]
+                    .map(|(side, own)| coerce(side.clone(), fit(&ty, own), &ty));
+                return self.arithmetic(op, a, b, Ty::Bool, span);
             }
             if !numbers && op.compares() && !is_number(a_ty) && !is_number(b_ty)
                 || !numbers && matches!(op, BinaryOp::Equal | BinaryOp::Unequal)

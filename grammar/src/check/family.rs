@@ -111,7 +111,7 @@ impl<'a> Checker<'a> {
         }
         let arms = typed.into_iter().map(|(desc, ty, _)| match fit(&joined, &ty) {
             Fit::No => desc,
-            fits => coerce(desc, fits),
+            fits => coerce(desc, fits, &joined),
         });
         let desc = Desc::Match(axis, arms.collect());
         let axes = desc.axes();

@@ -89,7 +89,7 @@ impl<'a> Checker<'a> {
         match (value, &wanted, expr) {
             (Val::Poison, ..) => Val::Poison,
             (Val::Desc(desc, found), Wanted::Desc(ty), _) if fit(ty, &found) != Fit::No => {
-                Val::Desc(coerce(desc, fit(ty, &found)), ty.clone())
+                Val::Desc(coerce(desc, fit(ty, &found), ty), ty.clone())
             }
             (Val::Desc(desc, ty), Wanted::Scalar, _) if is_number(&ty) => Val::Desc(desc, ty),
             (value, Wanted::Scalar, Some(expr))

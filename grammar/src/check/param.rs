@@ -161,7 +161,7 @@ impl<'a> Checker<'a> {
             let help = self.of_type(ty);
             return (self.fault(fault.maybe_help(help)), by);
         }
-        (Val::Desc(coerce(desc, fits), ty.clone()), by)
+        (Val::Desc(coerce(desc, fits, ty), ty.clone()), by)
     }
 
     /// The value of an expression that mentions no axis and computes nothing.

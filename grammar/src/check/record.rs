@@ -179,7 +179,8 @@ impl<'a> Checker<'a> {
             if let Val::Desc(desc, ty @ (Ty::Int | Ty::Float)) = &value
                 && port.artifact == "Array"
             {
-                let widened = super::value::coerce(desc.clone(), super::value::fit(&Ty::Float, ty));
+                let fits = super::value::fit(&Ty::Float, ty);
+                let widened = super::value::coerce(desc.clone(), fits, &Ty::Float);
                 descs.push(self.evaluates(&widened, item.span).then_some(fold(widened))?);
                 continue;
             }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{Lit, Part, Ty};
+use ivx_op::{Lit, Ty};
 
 use crate::ir::{Desc, ExprId, Place};
 
@@ -46,35 +46,27 @@ pub(super) fn fit(expected: &Ty, found: &Ty) -> Fit {
         (Ty::Float, Ty::Int) => Fit::Widened,
         (Ty::List(_), Ty::List(item)) if **item == nothing() => Fit::Same,
         (Ty::List(expected), Ty::List(found)) => fit(expected, found),
+        (Ty::Record(expected), Ty::Record(found)) if expected.keys().eq(found.keys()) => {
+            let fields = expected.values().zip(found.values()).map(|(e, f)| fit(e, f));
+            fields.fold(Fit::Same, |all, one| match (all, one) {
+                (Fit::No, _) | (_, Fit::No) => Fit::No,
+                (Fit::Same, Fit::Same) => Fit::Same,
+                _ => Fit::Widened,
+            })
+        }
         _ if expected == found => Fit::Same,
         _ => Fit::No,
     }
 }
 
 /// The description as the type asks for it.
-pub(super) fn coerce(desc: Desc, fit: Fit) -> Desc {
+///
+/// - `fit`: how it serves there.
+pub(super) fn coerce(desc: Desc, fit: Fit, ty: &Ty) -> Desc {
     match (desc, fit) {
-        (Desc::Lit(lit), Fit::Widened) => Desc::Lit(crate::ir::widen(lit)),
-        (desc, Fit::Widened) => Desc::Widen(Box::new(desc)),
+        (Desc::Lit(lit), Fit::Widened) => Desc::Lit(crate::ir::widen(lit, ty)),
+        (desc, Fit::Widened) => Desc::Widen(Box::new(desc), ty.clone()),
         (desc, _) => desc,
-    }
-}
-
-/// The value as the type asks for it, which it fits or is joined into.
-pub(super) fn convert(value: Lit, ty: &Ty) -> Lit {
-    match (value, ty) {
-        (value @ Lit::Int(_), Ty::Float) => crate::ir::widen(value),
-        (Lit::List(items), Ty::List(item)) => {
-            Lit::List(items.into_iter().map(|value| convert(value, item)).collect())
-        }
-        (Lit::Part(record), Ty::Record(fields)) => {
-            let args = record.args.into_iter().map(|(name, value)| {
-                let value = convert(value, &fields[&name]);
-                (name, value)
-            });
-            Lit::Part(Part { name: record.name, args: args.collect() })
-        }
-        (value, _) => value,
     }
 }
 
@@ -96,10 +88,16 @@ pub(super) fn is_record(value: &Val) -> bool {
 
 /// The type of a list that holds values of both types.
 pub(super) fn join(a: &Ty, b: &Ty) -> Option<Ty> {
-    if let (Ty::Record(a), Ty::Record(b)) = (a, b) {
-        let same = a.keys().eq(b.keys());
-        let joined = a.iter().map(|(name, ty)| Some((name.clone(), join(ty, b.get(name)?)?)));
-        return joined.collect::<Option<_>>().filter(|_| same).map(Ty::Record);
+    match (a, b) {
+        (Ty::Record(a), Ty::Record(b)) if a.keys().eq(b.keys()) => {
+            let joined =
+                a.iter().zip(b.values()).map(|((name, a), b)| Some((name.clone(), join(a, b)?)));
+            return joined.collect::<Option<_>>().map(Ty::Record);
+        }
+        (Ty::List(a), Ty::List(b)) if **a != nothing() && **b != nothing() => {
+            return join(a, b).map(|item| Ty::List(Box::new(item)));
+        }
+        _ => {}
     }
     match (fit(a, b), fit(b, a)) {
         (Fit::No, Fit::No) => None,
@@ -119,7 +117,7 @@ pub(super) fn fold(desc: Desc) -> Desc {
         Desc::Binary(op, left, right) => {
             Desc::Binary(op, Box::new(fold(*left)), Box::new(fold(*right)))
         }
-        Desc::Widen(inner) => Desc::Widen(Box::new(fold(*inner))),
+        Desc::Widen(inner, ty) => Desc::Widen(Box::new(fold(*inner)), ty),
         Desc::Field(record, name) => match fold(*record) {
             Desc::Part(part, mut args) if part.is_empty() => {
                 args.remove(&name).expect("checked to have the field")
@@ -137,7 +135,7 @@ pub(super) fn fold(desc: Desc) -> Desc {
         Desc::List(items) => items.iter().all(constant),
         Desc::Part(_, args) => args.values().all(constant),
         Desc::Binary(_, left, right) => constant(left) && constant(right),
-        Desc::Widen(inner) | Desc::Field(inner, _) => constant(inner),
+        Desc::Widen(inner, _) | Desc::Field(inner, _) => constant(inner),
         Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..) | Desc::Match(..) => false,
     };
     match whole.then(|| desc.eval(&[], &Place::new())) {

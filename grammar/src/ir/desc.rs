@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{Args, Held, Lit, Part};
+use ivx_op::{Args, Held, Lit, Part, Ty};
 
 use super::{Axis, AxisId, Place};
 use crate::ast::BinaryOp;
@@ -27,8 +27,8 @@ pub enum Desc {
     Held(usize, BTreeSet<AxisId>),
     /// Arithmetic, or a comparison.
     Binary(BinaryOp, Box<Desc>, Box<Desc>),
-    /// Whole numbers widened to reals.
-    Widen(Box<Desc>),
+    /// Whole numbers widened to reals, wherever the type has reals.
+    Widen(Box<Desc>, Ty),
 }
 
 impl Desc {
@@ -59,7 +59,7 @@ impl Desc {
                 left.visit(see);
                 right.visit(see);
             }
-            Self::Widen(inner) | Self::Field(inner, _) => inner.visit(see),
+            Self::Widen(inner, _) | Self::Field(inner, _) => inner.visit(see),
         }
     }
 
@@ -109,7 +109,7 @@ impl Desc {
                 let (left, right) = (left.change(change), right.change(change));
                 Self::Binary(*op, Box::new(left), Box::new(right))
             }
-            Self::Widen(inner) => Self::Widen(Box::new(inner.change(change))),
+            Self::Widen(inner, ty) => Self::Widen(Box::new(inner.change(change)), ty.clone()),
         }
     }
 
@@ -148,7 +148,7 @@ impl Desc {
             Self::Binary(op, left, right) => {
                 arithmetic(*op, &left.eval(axes, place)?, &right.eval(axes, place)?)?
             }
-            Self::Widen(inner) => widen(inner.eval(axes, place)?),
+            Self::Widen(inner, ty) => widen(inner.eval(axes, place)?, ty),
         })
     }
 }
@@ -161,13 +161,22 @@ fn lit_size(lit: &Lit) -> usize {
     }
 }
 
-/// Whole numbers as reals, in lists too.
+/// The value with whole numbers as reals where the type, which it fits, has reals.
 #[must_use]
-pub fn widen(lit: Lit) -> Lit {
-    match lit {
-        Lit::Int(_) => lit.as_f64().map_or(lit, Lit::Real),
-        Lit::List(items) => Lit::List(items.into_iter().map(widen).collect()),
-        other => other,
+pub fn widen(value: Lit, ty: &Ty) -> Lit {
+    match (value, ty) {
+        (value @ Lit::Int(_), Ty::Float) => value.as_f64().map_or(value, Lit::Real),
+        (Lit::List(items), Ty::List(item)) => {
+            Lit::List(items.into_iter().map(|value| widen(value, item)).collect())
+        }
+        (Lit::Part(record), Ty::Record(fields)) => {
+            let args = record.args.into_iter().map(|(name, value)| {
+                let value = widen(value, &fields[&name]);
+                (name, value)
+            });
+            Lit::Part(Part { name: record.name, args: args.collect() })
+        }
+        (value, _) => value,
     }
 }
 
@@ -225,7 +234,8 @@ mod tests {
         let axes = [Axis { name: "n".into(), role: AxisRole::Plain, coords }];
         let n = Desc::Axis(AxisId(0));
         let sum = Desc::Binary(BinaryOp::Add, Box::new(n), Box::new(Desc::Lit(Lit::Int(4))));
-        let desc = Desc::Widen(Box::new(Desc::List(vec![sum])));
+        let reals = Ty::List(Box::new(Ty::Float));
+        let desc = Desc::Widen(Box::new(Desc::List(vec![sum])), reals);
         let place = Place::from([(AxisId(0), 1)]);
         assert_eq!(desc.eval(&axes, &place), Ok(Lit::List(vec![Lit::Real(7.0)])));
         let picked = desc
