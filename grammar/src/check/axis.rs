@@ -16,8 +16,6 @@ pub(super) const SEED: &str = "seed";
 /// The name of the axis that the members of an ensemble make.
 pub(super) const MEMBER: &str = "member";
 
-/// The label of seeds of which it is not known which there are.
-pub(super) const ANY: &str = "any";
 /// The family of what lists the coordinates of axes.
 pub(super) const ROWS: &str = "Rows";
 
@@ -44,7 +42,7 @@ impl<'a> Checker<'a> {
 
     /// Seeds where it is not known which there are.
     pub(super) fn any_seed(&mut self) -> AxisId {
-        let coord = Coord { label: ANY.to_owned(), value: Lit::Int(0) };
+        let coord = Coord { label: "any".to_owned(), value: Lit::Int(0) };
         self.push_axis(Axis { name: SEED.to_owned(), role: AxisRole::Seed, coords: vec![coord] })
     }
 

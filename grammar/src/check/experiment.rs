@@ -32,16 +32,23 @@ impl<'a> Checker<'a> {
         self.memo.clear();
         let n_exprs = self.spec.exprs.len();
         let counted = (self.n_nodes, self.n_selected);
-        self.seed = Some(self.any_seed());
-        for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
-            for item in self.scopes.all[scope].items {
-                if let (0, ItemKind::Let { name, params: None, .. } | ItemKind::Axis { name, .. }) =
-                    (scope, &item.kind)
-                    && !self.used.contains(&(scope, name.value.clone()))
-                {
-                    self.name(&At::new(scope, name.value.clone()), &name.value, name.span);
+        self.any_seed = Some(self.any_seed());
+        self.seed = self.any_seed;
+        for item in self.scopes.all[0].items {
+            match &item.kind {
+                // Not by its name: `seed` means those seeds.
+                ItemKind::Axis { name, fields, values } => {
+                    self.axis(0, (name, fields), values);
                 }
+                ItemKind::Let { name, params: None, .. }
+                    if !self.used.contains(&(0, name.value.clone())) =>
+                {
+                    self.name(&At::new(0, name.value.clone()), &name.value, name.span);
+                }
+                _ => {}
             }
+        }
+        for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
             self.uncalled(scope);
         }
         self.seed = None;

@@ -109,6 +109,7 @@ pub fn check(
         memo: BTreeMap::new(),
         active: Vec::new(),
         seed: None,
+        any_seed: None,
         experiment: None,
         files: BTreeMap::new(),
         used: BTreeSet::new(),
@@ -182,6 +183,8 @@ struct Checker<'a> {
     active: Vec<(usize, String)>,
     /// The `seed` axis of the experiment at hand.
     seed: Option<AxisId>,
+    /// The `seed` axis of what no experiment uses: which seeds there are is not known.
+    any_seed: Option<AxisId>,
     /// The scope of the experiment at hand.
     experiment: Option<usize>,
     /// Figures and tables so far, by what they are and their names.

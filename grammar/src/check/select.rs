@@ -71,11 +71,23 @@ impl<'a> Checker<'a> {
         } else {
             std::slice::from_ref(label)
         };
+        if labels.is_empty() {
+            return self.fault(Diagnostic::new(
+                Code::UnknownLabel,
+                span,
+                "no label is selected",
+                "an empty list",
+            ));
+        }
+        let one = !matches!(label, Lit::List(_));
+        if self.any_seed == Some(axis) {
+            // Each label may be one of the seeds, and several of them are again any.
+            return if one { self.pick(value, axis, 0, span) } else { value };
+        }
         let mut places = Vec::new();
         for label in labels {
             let coords = &self.spec.axis(axis).coords;
             let found = coords.iter().position(|coord| match label {
-                _ if coord.label == super::axis::ANY => true,
                 Lit::Text(text) => coord.label == *text,
                 number => {
                     coord.value == *number
@@ -96,16 +108,8 @@ impl<'a> Checker<'a> {
             }
             places.push(place);
         }
-        if !matches!(label, Lit::List(_)) {
+        if one {
             return self.pick(value, axis, places[0], span);
-        }
-        if places.is_empty() {
-            return self.fault(Diagnostic::new(
-                Code::UnknownLabel,
-                span,
-                "no label is selected",
-                "an empty list",
-            ));
         }
         self.restrict(value, axis, places, span)
     }
