@@ -46,8 +46,14 @@ impl<'a> Checker<'a> {
     /// The expressions in the order of the axis.
     fn arms(&mut self, axis: AxisId, arms: &'a Arms<'a>, span: Span) -> Option<Vec<&'a ast::Expr>> {
         let name = self.spec.axis(axis).name.clone();
-        let labels: Vec<String> =
-            self.spec.axis(axis).coords.iter().map(|coord| coord.label.clone()).collect();
+        // Which seeds there are is not known where no experiment is at hand: those of the arms.
+        let labels: Vec<String> = match arms {
+            [_, ..] if self.any_seed == Some(axis) => {
+                let labels: BTreeSet<&String> = arms.iter().map(|arm| &arm.0.value).collect();
+                labels.into_iter().cloned().collect()
+            }
+            _ => self.spec.axis(axis).coords.iter().map(|coord| coord.label.clone()).collect(),
+        };
         let places: BTreeMap<&str, usize> =
             labels.iter().enumerate().map(|(i, label)| (label.as_str(), i)).collect();
         let mut found: Vec<Option<&'a (Spanned<String>, ast::Expr)>> = vec![None; labels.len()];
