@@ -32,3 +32,17 @@ fn any_is_a_label_like_any_other() {
     check(&format!("{axis} measure m = (10.0 * ke)[ke: \"x\"]"), "20.0");
     check(&format!("{axis} measure m = (10.0 * ke)[ke: [\"x\", \"any\"]]"), "20.0,10.0");
 }
+
+#[test]
+fn members_in_the_field_of_an_axis_are_members() {
+    let items = "let linear = linear_mle(features: polynomial(degree: 1))
+        axis way(learner, other) = {
+            \"a\": (ensemble(linear, members: 3, prior_network: false), linear),
+            \"b\": (ensemble(linear, members: 3, prior_network: false), linear) }
+        let data = sample(sinusoids(), n: 9)
+        let error = rmse(train(way.learner, on: data), on: data)
+        // Each coordinate has three members, and what stands beside has none.
+        measure m = sum(error * 0.0 + 1.0, over: member)
+            + 10.0 * (rmse(train(way.other, on: data), on: data) * 0.0 + 1.0)";
+    check(items, "13.0,13.0");
+}

@@ -19,81 +19,94 @@ impl Checker<'_> {
         span: Span,
     ) -> Result<Option<AxisId>, ()> {
         let number = |desc: &Desc| if let Desc::Lit(Lit::Int(n)) = desc { Some(*n) } else { None };
-        let mut counts: Vec<Option<i64>> = own.map(number).into_iter().collect();
-        for desc in descs.values() {
-            let mut lits: Vec<Lit> = Vec::new();
-            let mut axes = BTreeSet::new();
-            desc.visit(&mut |desc| match desc {
-                Desc::Lit(lit) => lits.push(lit.clone()),
-                Desc::Axis(axis) => {
-                    axes.insert(*axis);
-                }
-                Desc::Part(name, args) => {
-                    let decl = self.registry.decl(name);
-                    let own = decl
-                        .and_then(|decl| decl.args.iter().find(|arg| arg.kind == ArgKind::Members));
-                    if let Some(desc) = own.and_then(|arg| args.get(arg.name)) {
-                        counts.push(number(desc));
-                    }
-                }
-                _ => {}
-            });
-            counts.extend(
-                lits.iter().filter_map(|lit| self.registry.member_count(lit)).map(|(_, n)| Some(n)),
-            );
-            for axis in axes {
-                let coords = &self.spec.axis(axis).coords;
-                let each: Vec<_> = coords
-                    .iter()
-                    .map(|c| self.registry.member_count(&c.value).map(|(_, n)| n))
-                    .collect();
-                if each.iter().any(Option::is_some) {
-                    counts.extend(each);
-                }
+        let mut counts: BTreeSet<Option<i64>> = own.map(number).into_iter().collect();
+        let registry = self.registry;
+        let asks = |name: &str| {
+            let decl = registry.decl(name);
+            decl.is_some_and(|decl| decl.args.iter().any(|arg| arg.kind == ArgKind::Members))
+        };
+        for desc in descs.values().filter(|desc| self.has_part(desc, &mut Vec::new(), &asks)) {
+            let axes = desc.axes();
+            let n = self.extent(&axes);
+            if n > self.max_nodes {
+                self.too_many(format!("there are {n} values of this"), span);
+                return Err(());
             }
+            let values =
+                self.places(&axes).filter_map(|place| desc.eval(&self.spec.axes, &place).ok());
+            counts.extend(values.map(|lit| registry.member_count(&lit).map(|(_, n)| n)));
         }
-        counts.dedup();
-        match counts[..] {
-            [] => Ok(None),
-            [Some(n)] => self.member_axis(n, span).map(Some).ok_or(()),
-            _ => {
-                let message = "the number of members must be the same everywhere";
-                let fault = Diagnostic::new(
-                    Code::Dimensions,
-                    span,
-                    message,
-                    "ensembles of several sizes meet",
-                );
-                self.fault(fault.help("train the largest ensemble and select members from it"));
-                Err(())
+        let counts: Vec<Option<i64>> = counts.into_iter().collect();
+        let (label, help) = match counts[..] {
+            [] => return Ok(None),
+            [Some(n)] => return self.member_axis(n, span).map(Some).ok_or(()),
+            [None, Some(_)] if own.is_none() => {
+                ("an ensemble meets what has no members", "write a call for each of them")
             }
-        }
+            _ => (
+                "ensembles of several sizes meet",
+                "train the largest ensemble and select members from it",
+            ),
+        };
+        let message = "the number of members must be the same everywhere";
+        self.fault(Diagnostic::new(Code::Dimensions, span, message, label).help(help));
+        Err(())
     }
 
     /// Whether a part in a description draws random numbers.
     pub(super) fn draws(&self, desc: &Desc) -> bool {
         let stochastic = |name: &str| self.registry.decl(name).is_some_and(|decl| decl.stochastic);
-        let mut draws = false;
-        desc.visit(&mut |desc| {
-            draws |= match desc {
-                Desc::Lit(lit) => any_part(lit, &stochastic),
-                Desc::Part(name, _) => stochastic(name),
-                Desc::Axis(axis) => {
-                    self.spec.axis(*axis).coords.iter().any(|c| any_part(&c.value, &stochastic))
-                }
-                _ => false,
+        self.has_part(desc, &mut Vec::new(), &stochastic)
+    }
+
+    /// Whether a description has such a part at some coordinate.
+    ///
+    /// - `fields`: the fields that are read of it, the first of them last; the others do not count.
+    fn has_part<'d>(
+        &self,
+        desc: &'d Desc,
+        fields: &mut Vec<&'d str>,
+        wanted: &impl Fn(&str) -> bool,
+    ) -> bool {
+        match desc {
+            Desc::Lit(lit) => any_part(lit, fields, wanted),
+            Desc::Axis(axis) => {
+                let coords = &self.spec.axis(*axis).coords;
+                coords.iter().any(|coord| any_part(&coord.value, fields.as_slice(), wanted))
             }
-        });
-        draws
+            Desc::List(items) | Desc::Match(_, items) => {
+                items.iter().any(|item| self.has_part(item, fields, wanted))
+            }
+            Desc::Part(name, args) => match fields.pop() {
+                Some(field) => {
+                    let has = self.has_part(&args[field], fields, wanted);
+                    fields.push(field);
+                    has
+                }
+                None => wanted(name) || args.values().any(|arg| self.has_part(arg, fields, wanted)),
+            },
+            Desc::Field(record, name) => {
+                fields.push(name);
+                let has = self.has_part(record, fields, wanted);
+                fields.pop();
+                has
+            }
+            Desc::Widen(inner, _) => self.has_part(inner, fields, wanted),
+            Desc::Held(..) | Desc::Binary(..) => false,
+        }
     }
 }
 
-fn any_part(lit: &Lit, wanted: &impl Fn(&str) -> bool) -> bool {
-    match lit {
-        Lit::Part(part) => {
-            wanted(&part.name) || part.args.values().any(|arg| any_part(arg, wanted))
+/// Whether a value, or the field of it that `fields` lead to, has such a part.
+fn any_part(lit: &Lit, fields: &[&str], wanted: &impl Fn(&str) -> bool) -> bool {
+    match (lit, fields) {
+        (record, [rest @ .., field]) => {
+            record.field(field).is_some_and(|value| any_part(value, rest, wanted))
         }
-        Lit::List(items) => items.iter().any(|item| any_part(item, wanted)),
+        (Lit::Part(part), []) => {
+            wanted(&part.name) || part.args.values().any(|arg| any_part(arg, &[], wanted))
+        }
+        (Lit::List(items), []) => items.iter().any(|item| any_part(item, &[], wanted)),
         _ => false,
     }
 }
