@@ -8,8 +8,8 @@ use super::Checker;
 use super::scope::name_of;
 use super::value::{Val, is_record, join, record};
 use crate::ast::{AxisExpr, Expr, ExprKind, Name};
-use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, Groups, widen};
-use crate::{Code, Diagnostic, Span, Spanned, suggest};
+use crate::ir::{Axis, AxisId, AxisRole, Coord, Desc, widen};
+use crate::{Code, Diagnostic, Span, Spanned};
 
 /// The name of the axis whose value reaches every stochastic operation.
 pub(super) const SEED: &str = "seed";
@@ -57,7 +57,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn push_axis(&mut self, axis: Axis) -> AxisId {
+    pub(super) fn push_axis(&mut self, axis: Axis) -> AxisId {
         self.spec.axes.push(axis);
         AxisId(u32::try_from(self.spec.axes.len() - 1).expect("axes are few"))
     }
@@ -297,45 +297,6 @@ impl<'a> Checker<'a> {
         Some(coords.collect())
     }
 
-    /// The axis whose coordinates are the groups that the values of a field make of another.
-    pub(super) fn grouped(&mut self, axis: AxisId, field: &str, span: Span) -> Option<Groups> {
-        if let Some(known) = self.groups.get(&(axis, field.to_owned())) {
-            return Some(known.clone());
-        }
-        let own = self.spec.axis(axis);
-        let values: Option<Vec<Lit>> =
-            own.coords.iter().map(|coord| coord.value.field(field).cloned()).collect();
-        let Some(values) = values else {
-            let fields = match &own.coords[0].value {
-                Lit::Part(part) if part.name.is_empty() => part.args.keys().cloned().collect(),
-                _ => Vec::new(),
-            };
-            let message = format!("axis `{}` has no field `{field}`", own.name);
-            let fault = Diagnostic::new(Code::UnknownName, span, message, "no such field");
-            self.fault(fault.maybe_help(suggest(field, fields.iter().map(String::as_str))));
-            return None;
-        };
-        if values.iter().any(|value| matches!(value, Lit::List(_) | Lit::Part(_))) {
-            let message = format!("`{}.{field}` is neither text nor a number", own.name);
-            self.fault(Diagnostic::new(Code::Kind, span, message, "cannot name groups"));
-            return None;
-        }
-        let mut coords: Vec<Coord> = Vec::new();
-        let mut places: Vec<Vec<usize>> = Vec::new();
-        for (place, value) in values.into_iter().enumerate() {
-            if let Some(group) = coords.iter().position(|coord| coord.value == value) {
-                places[group].push(place);
-            } else {
-                coords.push(Coord { label: label(&value), value });
-                places.push(vec![place]);
-            }
-        }
-        let by = self.push_axis(Axis { name: field.to_owned(), role: AxisRole::Plain, coords });
-        let groups = Groups { axis, by, places };
-        self.groups.insert((axis, field.to_owned()), groups.clone());
-        Some(groups)
-    }
-
     /// What stands for an axis in expressions: its value at each coordinate.
     pub(super) fn axis_value(&self, id: AxisId) -> Val {
         let mut types = self.spec.axis(id).coords.iter().map(|coord| self.type_of(&coord.value));
@@ -346,6 +307,6 @@ impl<'a> Checker<'a> {
 }
 
 /// What a coordinate is called that has no label of its own.
-fn label(value: &Lit) -> String {
+pub(super) fn label(value: &Lit) -> String {
     if let Lit::Text(text) = value { text.clone() } else { value.to_string() }
 }

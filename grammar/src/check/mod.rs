@@ -13,6 +13,7 @@ mod expr;
 mod family;
 mod function;
 mod gather;
+mod group;
 mod lint;
 mod meet;
 mod member;
