@@ -23,7 +23,9 @@ impl Checker<'_> {
         for scope in self.scopes.experiments.clone() {
             for (name, item) in &self.scopes.all[scope].names {
                 let declares_value = !matches!(item.kind, ItemKind::Measure { .. });
-                let used = *name == SEED || self.used.contains(&(scope, (*name).to_owned()));
+                // What draws uses the seeds without naming them.
+                let seeds = *name == SEED && matches!(item.kind, ItemKind::Axis { .. });
+                let used = seeds || self.used.contains(&(scope, (*name).to_owned()));
                 if declares_value && !used {
                     unused.push((name, name_of(item).map_or(item.span, |name| name.span)));
                 }

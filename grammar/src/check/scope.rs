@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Project;
+use super::axis::SEED;
 use crate::ast::{Expr, Item, ItemKind, LetParam, Name};
 use crate::{Code, Diagnostic, suggest};
 
@@ -158,6 +159,9 @@ impl<'a> Scopes<'a> {
                         Diagnostic::new(Code::UnknownName, span, message, "not declared there");
                     diagnostics.push(fault.maybe_help(suggest(original, theirs.keys().copied())));
                     lost.push(Some(new));
+                } else if let Some(fault) = seed_renamed(theirs[original], new, span) {
+                    diagnostics.push(fault);
+                    lost.push(Some(new));
                 } else if let Some(own) = self.all[file].names.get(new) {
                     diagnostics.push(twice(new, span, own.span));
                 } else if let Some((_, _, first)) = imports
@@ -294,6 +298,23 @@ impl<'a> Scope<'a> {
         }
         Self { name, item, parent, names, items, sets, imports: BTreeMap::new(), lost }
     }
+}
+
+/// What is wrong with another name for an axis where one of both is `seed`: only the axis that is
+/// declared by this name reaches what draws random numbers.
+fn seed_renamed(item: &Item, new: &str, span: crate::Span) -> Option<Diagnostic> {
+    let ItemKind::Axis { name, .. } = &item.kind else { return None };
+    if name.value == new || name.value != SEED && new != SEED {
+        return None;
+    }
+    let (message, help) = if new == SEED {
+        let message = format!("`{}` is not the axis whose values are seeds", name.value);
+        (message, "declare `axis seed` there, or here: `axis seed = 0..5`")
+    } else {
+        ("the axis `seed` has one name everywhere".to_owned(), "take it as `seed`")
+    };
+    let fault = Diagnostic::new(Code::Axis, span, message, format!("called `{new}` here"));
+    Some(fault.also(name.span, "declared here").help(help))
 }
 
 /// The name that expressions can use for what an item declares.
