@@ -86,7 +86,26 @@ impl<'a> Checker<'a> {
         let (name, role) = (name.clone(), *role);
         let id = self.push_axis(Axis { name, role, coords });
         self.restricted.insert((axis, places.to_vec()), id);
+        self.wholes.insert(id, self.whole(axis));
         id
+    }
+
+    /// The axis as it is declared that an axis is, or has some coordinates of.
+    pub(super) fn whole(&self, axis: AxisId) -> AxisId {
+        self.wholes.get(&axis).copied().unwrap_or(axis)
+    }
+
+    /// The axis that an item declares, as the experiment at hand has it: with its own seeds.
+    pub(super) fn declared_axis(
+        &mut self,
+        scope: usize,
+        (name, fields): (&'a Name, &'a [Name]),
+        values: &'a AxisExpr,
+    ) -> Option<AxisId> {
+        match self.seed {
+            Some(seed) if name.value == SEED => Some(seed),
+            _ => self.axis(scope, (name, fields), values),
+        }
     }
 
     fn coords(

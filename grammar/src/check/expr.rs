@@ -140,13 +140,8 @@ impl<'a> Checker<'a> {
         let inner = At::new(scope, format!("{}/{declared}", self.owner(scope)));
         let value = match &item.kind {
             ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
-            ItemKind::Axis { name, .. }
-                if name.value == super::axis::SEED && self.seed.is_some() =>
-            {
-                self.axis_value(self.seed.expect("there is one"))
-            }
             ItemKind::Axis { name, fields, values } => self
-                .axis(scope, (name, fields), values)
+                .declared_axis(scope, (name, fields), values)
                 .map_or(Val::Poison, |id| self.axis_value(id)),
             ItemKind::Let { params: None, value, .. } | ItemKind::Measure { value, .. } => {
                 self.expr(&inner, value)

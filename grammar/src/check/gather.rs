@@ -1,48 +1,46 @@
 //! Which axes a port gathers, and `collect`.
 
+use std::collections::BTreeSet;
+
 use ivx_op::{ArgDecl, Decl, Gather, Port};
 
 use super::Checker;
 use super::call::Written;
 use super::expr::At;
-use super::op::{Fed, Named};
+use super::named::Named;
+use super::op::Fed;
 use super::value::Val;
 use crate::ir::{AxisId, AxisRole, ExprId, Feed};
-use crate::{Code, Diagnostic, Span, suggest};
+use crate::{Code, Diagnostic, Span};
 
 impl<'a> Checker<'a> {
     /// Whether every axis named is one that some gathering port varies over; reports it if not.
     pub(super) fn known_axes(
         &mut self,
+        at: &At,
         decl: &Decl,
         fed: &[Fed<'_>],
         named: &[(&ArgDecl, Vec<Named<'a>>)],
     ) -> bool {
         let gathers =
             |feed: &&Fed<'_>| matches!(feed.port.gather, Gather::Named | Gather::Everything);
-        let mut known = Vec::new();
+        let (mut axes, mut dims) = (BTreeSet::new(), Vec::new());
         for (id, _, _) in fed.iter().filter(gathers).flat_map(|feed| &feed.exprs) {
             let expr = self.spec.expr(*id);
-            known.extend(self.names(&expr.axes).into_iter().chain(expr.dims.clone()));
+            axes.extend(&expr.axes);
+            dims.extend(expr.dims.clone());
         }
         let mut sound = true;
-        for (name, span) in named.iter().flat_map(|(_, names)| names) {
-            if known.iter().any(|known| known == name) {
-                continue;
+        for named in named.iter().flat_map(|(_, names)| names) {
+            let known = dims.iter().any(|dim| dim == named.name)
+                || self.among(axes.iter().copied(), *named).is_some();
+            if !known {
+                sound = false;
+                let message =
+                    format!("`{}` has nothing that varies over `{}`", decl.name, named.name);
+                let fault = (message, "no axis or dimension of it");
+                self.not_over(at, *named, (&axes, &dims), fault);
             }
-            sound = false;
-            if self.lost_axis(name) {
-                continue;
-            }
-            let message = format!("`{}` has nothing that varies over `{name}`", decl.name);
-            let fault =
-                Diagnostic::new(Code::UnknownAxis, *span, message, "no axis or dimension of it");
-            let help = if known.is_empty() {
-                Some("its values vary over nothing".to_owned())
-            } else {
-                suggest(name, known.iter().map(String::as_str))
-            };
-            self.fault(fault.maybe_help(help));
         }
         sound
     }
@@ -136,7 +134,7 @@ impl<'a> Checker<'a> {
             );
             return self.fault(fault.help("write `collect(x, over: axis)`"));
         };
-        let Some((name, _)) = self.axis_name(at, axis) else {
+        let Some(named) = self.axis_name(at, axis) else {
             let message = "`collect.over` takes the name of an axis";
             return self.fault(Diagnostic::new(
                 Code::UnknownAxis,
@@ -161,18 +159,12 @@ impl<'a> Checker<'a> {
             return self.fault(Diagnostic::new(Code::Kind, base.span, message, "a description"));
         };
         let mut expr = self.spec.expr(id).clone();
-        let Some(axis_id) =
-            expr.axes.iter().copied().find(|axis| self.spec.axis(*axis).name == name)
-        else {
-            if self.lost_axis(name) {
-                return Val::Poison;
-            }
-            let known = self.names(&expr.axes);
-            let message = format!("this does not vary over `{name}`");
-            let fault = Diagnostic::new(Code::UnknownAxis, axis.span, message, "no such axis");
-            return self.fault(fault.maybe_help(suggest(name, known.iter().map(String::as_str))));
+        let Some(axis) = self.among(expr.axes.iter().copied(), named) else {
+            let message = format!("this does not vary over `{}`", named.name);
+            self.not_over(at, named, (&expr.axes, &[]), (message, "no such axis"));
+            return Val::Poison;
         };
-        expr.collected.insert(axis_id);
+        expr.collected.insert(axis);
         Val::Artifact(self.push(expr, span))
     }
 }

@@ -17,6 +17,7 @@ mod group;
 mod lint;
 mod meet;
 mod member;
+mod named;
 mod op;
 mod param;
 mod profile;
@@ -106,6 +107,7 @@ pub fn check(
         axes: BTreeMap::new(),
         members: BTreeMap::new(),
         restricted: BTreeMap::new(),
+        wholes: BTreeMap::new(),
         groups: BTreeMap::new(),
         memo: BTreeMap::new(),
         active: Vec::new(),
@@ -176,6 +178,8 @@ struct Checker<'a> {
     members: BTreeMap<i64, AxisId>,
     /// Restricted axes by the axis and the places kept.
     restricted: BTreeMap<(AxisId, Vec<usize>), AxisId>,
+    /// The axes that restricted ones are some coordinates of.
+    wholes: BTreeMap<AxisId, AxisId>,
     /// Groups of coordinates by the axis and its field.
     groups: BTreeMap<(AxisId, String), Groups>,
     /// Values of names in the experiment at hand.

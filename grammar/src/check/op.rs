@@ -6,13 +6,11 @@ use ivx_op::{ArgDecl, ArgKind, Array, Artifact, Decl, Dims, Gather, Lit, OutDecl
 
 use super::Checker;
 use super::expr::At;
+use super::named::Named;
 use super::value::Val;
 use crate::ast::{self, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed, Op};
 use crate::{Code, Diagnostic, Span};
-
-/// The name of an axis as written, and where.
-pub(super) type Named<'a> = (&'a str, Span);
 
 type Matched<'a> = [(&'a ArgDecl, Option<&'a ast::Expr>)];
 
@@ -31,7 +29,7 @@ struct Given<'a> {
     /// The axes that each axis argument names.
     named: Vec<(&'a ArgDecl, Vec<Named<'a>>)>,
     /// The axis and the field that group.
-    groups: Option<(&'a str, &'a str, Span)>,
+    groups: Option<(Named<'a>, &'a str, Span)>,
     /// How many members the operation itself asks for.
     members: Option<Desc>,
 }
@@ -51,11 +49,11 @@ impl<'a> Checker<'a> {
         let Ok(members) = self.members_of(&descs, members.as_ref(), span) else {
             return Val::Poison;
         };
-        if !self.known_axes(decl, &fed, &named) {
+        if !self.known_axes(at, decl, &fed, &named) {
             return Val::Poison;
         }
         let taken: Vec<&str> =
-            named.iter().flat_map(|(_, names)| names.iter().map(|(name, _)| *name)).collect();
+            named.iter().flat_map(|(_, names)| names.iter().map(|named| named.name)).collect();
         let mut axes: BTreeSet<AxisId> =
             descs.values().flat_map(Desc::axes).chain(members).collect();
         let mut everything = axes.clone();
@@ -73,7 +71,7 @@ impl<'a> Checker<'a> {
                 let name = if labelled { name.clone() } else { String::new() };
                 let mut feed = Feed { gathered, labelled, name, ..Feed::one(*id) };
                 if let Some((axis, field, span)) = groups
-                    && let Some(axis) = self.named_axis(&feed.gathered, axis)
+                    && let Some(axis) = self.among(feed.gathered.iter().copied(), axis)
                 {
                     let Some(found) = self.grouped(axis, field, span) else { return Val::Poison };
                     axes.insert(found.by);
@@ -88,6 +86,7 @@ impl<'a> Checker<'a> {
         if let Some((axis, _, span)) = groups
             && !ports.iter().any(|(_, feeds): &(String, Vec<Feed>)| feeds.iter().any(grouped))
         {
+            let axis = axis.name;
             let message = format!("`{}` does not gather anything over `{axis}`", decl.name);
             let fault = Diagnostic::new(Code::UnknownAxis, span, message, "groups nothing");
             return self
@@ -103,7 +102,7 @@ impl<'a> Checker<'a> {
         }
         let reduces = fed.iter().any(|feed| feed.port.gather == Gather::Named);
         for (arg, names) in &named {
-            let names = names.iter().map(|(name, _)| self.travelling(&fed, &ports, name));
+            let names = names.iter().map(|named| self.travelling(&fed, &ports, named.name));
             let mut names: Vec<String> = names.collect();
             if reduces {
                 names.sort_unstable();
@@ -249,13 +248,13 @@ impl<'a> Checker<'a> {
         decl: &Decl,
         arg: &ArgDecl,
         expr: &'a ast::Expr,
-    ) -> Option<(&'a str, &'a str, Span)> {
+    ) -> Option<(Named<'a>, &'a str, Span)> {
         let field = match &expr.kind {
             ExprKind::List(items) if items.len() == 1 => &items[0].kind,
             kind => kind,
         };
         if let ExprKind::Field { base, name } = field
-            && let Some((axis, _)) = self.axis_name(at, base)
+            && let Some(axis) = self.axis_name(at, base)
         {
             return Some((axis, &name.value, expr.span));
         }
@@ -291,20 +290,6 @@ impl<'a> Checker<'a> {
             names.push(name);
         }
         Some(names)
-    }
-
-    /// The name that an axis was declared by, or that of a dimension, and where it is used.
-    pub(super) fn axis_name(&mut self, at: &At, expr: &'a ast::Expr) -> Option<Named<'a>> {
-        match (self.item_of(at, expr).map(|(_, item)| &item.kind), &expr.kind) {
-            (Some(ItemKind::Axis { name, .. }), _) => Some((&name.value, expr.span)),
-            (_, ExprKind::Name(name)) => Some((name, expr.span)),
-            _ => None,
-        }
-    }
-
-    /// The axis of this name among some.
-    pub(super) fn named_axis(&self, axes: &[AxisId], name: &str) -> Option<AxisId> {
-        axes.iter().copied().find(|axis| self.spec.axis(*axis).name == name)
     }
 
     fn dims(&self, dims: Dims, fed: &[Fed<'_>], taken: &[&str]) -> Vec<String> {

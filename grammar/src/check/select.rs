@@ -7,7 +7,7 @@ use ivx_op::{Array, Artifact, Lit, Ty};
 use super::Checker;
 use super::expr::At;
 use super::value::{Val, fold};
-use crate::ast::{self, ItemKind, Name};
+use crate::ast::{self, Name};
 use crate::ir::{AxisId, Desc, Expr, ExprId, ExprKind, Feed};
 use crate::{Code, Diagnostic, Span, suggest};
 
@@ -37,32 +37,17 @@ impl<'a> Checker<'a> {
         let Val::Desc(Desc::Lit(label_lit), _) = self.known_before_at(at, label) else {
             return Val::Poison;
         };
-        // An import may have given the axis another name.
-        let declared = match self.scopes.find(at.scope, &name.value).map(|(_, item)| &item.kind) {
-            Some(ItemKind::Axis { name, .. }) if !at.locals.contains_key(&name.value) => {
-                &name.value
-            }
-            _ => &name.value,
-        };
-        if let Some(axis) = axes.iter().find(|axis| self.spec.axis(**axis).name == *declared) {
-            return self.select_axis(value, *axis, &label_lit, label.span);
+        let named = self.named(at, &name.value, name.span);
+        if let Some(axis) = self.among(axes.iter().copied(), named) {
+            return self.select_axis(value, axis, &label_lit, label.span);
         }
-        if let (Val::Artifact(id), true) = (&value, dims.contains(declared)) {
-            return self.select_dim(at, *id, declared, &label_lit, label.span);
+        if let (Val::Artifact(id), true) = (&value, dims.iter().any(|dim| dim == named.name)) {
+            return self.select_dim(at, *id, named.name, &label_lit, label.span);
         }
-        if self.lost_axis(&name.value) {
-            return Val::Poison;
-        }
-        let known: Vec<String> = self.names(&axes).into_iter().chain(dims).collect();
         let message = format!("this does not vary over `{}`", name.value);
-        let help = if known.is_empty() {
-            Some("it varies over nothing".to_owned())
-        } else {
-            suggest(&name.value, known.iter().map(String::as_str))
-        };
-        let fault =
-            Diagnostic::new(Code::UnknownAxis, name.span, message, "no such axis or dimension");
-        self.fault(fault.maybe_help(help))
+        let fault = (message, "no such axis or dimension");
+        self.not_over(at, named, (&axes, &dims), fault);
+        Val::Poison
     }
 
     fn select_axis(&mut self, value: Val, axis: AxisId, label: &Lit, span: Span) -> Val {

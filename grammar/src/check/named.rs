@@ -1,0 +1,116 @@
+//! Names of axes and dimensions, where these themselves are meant and not their values.
+
+use std::collections::BTreeSet;
+
+use super::Checker;
+use super::expr::At;
+use super::scope::name_of;
+use crate::ast::{self, ExprKind, Item, ItemKind};
+use crate::ir::AxisId;
+use crate::{Code, Diagnostic, Span, suggest};
+
+/// The name of an axis or dimension.
+#[derive(Clone, Copy)]
+pub(super) struct Named<'a> {
+    /// The name that the axis was declared by, or that of a dimension.
+    pub(super) name: &'a str,
+    /// Which axis it is, where a name in scope says so.
+    axis: Option<AxisId>,
+    /// Where it is named.
+    pub(super) span: Span,
+}
+
+impl<'a> Checker<'a> {
+    /// What an expression names.
+    pub(super) fn axis_name(&mut self, at: &At, expr: &'a ast::Expr) -> Option<Named<'a>> {
+        match (self.item_of(at, expr), &expr.kind) {
+            (Some((scope, item)), _) if matches!(item.kind, ItemKind::Axis { .. }) => {
+                Some(self.named_by(scope, item, expr.span))
+            }
+            (_, ExprKind::Name(name)) => Some(Named { name, axis: None, span: expr.span }),
+            _ => None,
+        }
+    }
+
+    /// What a name means where one of an axis or dimension is expected.
+    pub(super) fn named(&mut self, at: &At, name: &'a str, span: Span) -> Named<'a> {
+        let found = self.scopes.find(at.scope, name).filter(|_| !at.locals.contains_key(name));
+        match found {
+            Some((scope, item)) if matches!(item.kind, ItemKind::Axis { .. }) => {
+                self.named_by(scope, item, span)
+            }
+            _ => Named { name, axis: None, span },
+        }
+    }
+
+    fn named_by(&mut self, scope: usize, item: &'a Item, span: Span) -> Named<'a> {
+        let ItemKind::Axis { name, fields, values } = &item.kind else {
+            unreachable!("only axes are named")
+        };
+        let axis = self.declared_axis(scope, (name, fields), values);
+        Named { name: &name.value, axis, span }
+    }
+
+    /// The axis that is named, among some: itself, or some of its coordinates.
+    pub(super) fn among(
+        &self,
+        axes: impl IntoIterator<Item = AxisId>,
+        named: Named<'_>,
+    ) -> Option<AxisId> {
+        axes.into_iter().find(|axis| match named.axis {
+            Some(own) => self.whole(*axis) == own,
+            None => self.spec.axis(*axis).name == named.name,
+        })
+    }
+
+    /// A fault: what is named is no axis and no dimension of a value.
+    ///
+    /// - `axes`, `dims`: those of the value.
+    pub(super) fn not_over(
+        &mut self,
+        at: &At,
+        named: Named<'_>,
+        (axes, dims): (&BTreeSet<AxisId>, &[String]),
+        (message, label): (String, &str),
+    ) {
+        if self.lost_axis(named.name) {
+            return;
+        }
+        let other = axes.iter().find(|axis| self.spec.axis(**axis).name == named.name);
+        if let Some(other) = other {
+            let name = named.name;
+            let message = format!("`{name}` is another axis than the `{name}` of this value");
+            let help = self.called(at, *other).map_or_else(
+                || "give one of the two axes another name".to_owned(),
+                |own| format!("that axis is called `{own}` here"),
+            );
+            let fault = Diagnostic::new(
+                Code::UnknownAxis,
+                named.span,
+                message,
+                "the value does not vary over this one",
+            );
+            self.fault(fault.help(help));
+            return;
+        }
+        let known: Vec<String> = self.names(axes).into_iter().chain(dims.iter().cloned()).collect();
+        let help = if known.is_empty() {
+            Some("it varies over nothing".to_owned())
+        } else {
+            suggest(named.name, known.iter().map(String::as_str))
+        };
+        let fault = Diagnostic::new(Code::UnknownAxis, named.span, message, label);
+        self.fault(fault.maybe_help(help));
+    }
+
+    /// What an axis is called where an expression stands.
+    fn called(&self, at: &At, axis: AxisId) -> Option<&'a str> {
+        self.scopes.known(at.scope).into_iter().find(|known| {
+            let declared = self.scopes.find(at.scope, known);
+            let declared = declared.and_then(|(scope, item)| Some((scope, name_of(item)?)));
+            declared.is_some_and(|(scope, name)| {
+                self.axes.get(&(scope, name.value.clone())) == Some(&Some(self.whole(axis)))
+            })
+        })
+    }
+}
