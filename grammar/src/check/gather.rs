@@ -42,7 +42,45 @@ impl<'a> Checker<'a> {
                 self.not_over(at, *named, (&axes, &dims), fault);
             }
         }
-        sound
+        sound && self.shown(decl, fed, named)
+    }
+
+    /// Whether everything that is shown varies over the axes that say how; reports it if not.
+    ///
+    /// What may be left out is asked for the axes that may not.
+    fn shown(
+        &mut self,
+        decl: &Decl,
+        fed: &[Fed<'_>],
+        named: &[(&ArgDecl, Vec<Named<'a>>)],
+    ) -> bool {
+        for feed in fed.iter().filter(|feed| feed.port.gather == Gather::Everything) {
+            let spare = decl.arg(feed.name).is_some_and(|arg| arg.default.is_some());
+            let asked = named.iter().filter(|(arg, _)| !(spare && arg.default.is_some()));
+            for (arg, named) in asked.flat_map(|(arg, all)| all.iter().map(move |n| (arg, n))) {
+                let lacks = feed.exprs.iter().find(|(id, ..)| {
+                    let expr = self.spec.expr(*id);
+                    !expr.dims.iter().any(|dim| dim == named.name)
+                        && self.among(expr.axes.iter().copied(), *named).is_none()
+                });
+                let Some((id, span, _)) = lacks else { continue };
+                let axis = named.name;
+                let message = format!("`{}.{}` is `{axis}`, which this lacks", decl.name, arg.name);
+                let label = format!("does not vary over `{axis}`");
+                let over = self.spec.expr(*id);
+                let over = [self.names(&over.axes), over.dims.clone()].concat();
+                let help = if over.is_empty() {
+                    "it varies over nothing: leave it out, or show it by itself".to_owned()
+                } else {
+                    format!("it varies over `{}`", over.join("`, `"))
+                };
+                let fault = Diagnostic::new(Code::UnknownAxis, *span, message, label);
+                let fault = fault.also(named.span, "asked for here");
+                self.fault(fault.help(help));
+                return false;
+            }
+        }
+        true
     }
 
     /// The axes that a port gathers of a value, outermost first.
