@@ -128,13 +128,7 @@ impl<'a> Checker<'a> {
             return known.clone();
         }
         if self.active.contains(&id) {
-            let fault = Diagnostic::new(
-                Code::Recursion,
-                span,
-                format!("`{name}` is defined in terms of itself"),
-                "again here",
-            );
-            return self.fault(fault.also(item.span, "defined here"));
+            return self.circle(&id, (name, span), item.span);
         }
         self.active.push(id.clone());
         let inner = At::new(scope, format!("{}/{declared}", self.owner(scope)));
@@ -162,6 +156,25 @@ impl<'a> Checker<'a> {
         self.active.pop();
         self.memo.insert(id, value.clone());
         value
+    }
+
+    /// A fault: a name is needed to define it. Told once, wherever on the circle one begins.
+    ///
+    /// - `id`: what is being defined.
+    /// - `first`: where its definition stands.
+    pub(super) fn circle(
+        &mut self,
+        id: &(usize, String),
+        (name, span): (&str, Span),
+        first: Span,
+    ) -> Val {
+        let names = self.active.iter().skip_while(|active| *active != id).cloned().collect();
+        if !self.circles.insert(names) {
+            return Val::Poison;
+        }
+        let message = format!("`{name}` is defined in terms of itself");
+        let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
+        self.fault(fault.also(first, "defined here"))
     }
 
     /// What the addresses of a scope's nodes begin with: the experiment at hand, also for what

@@ -43,9 +43,7 @@ impl<'a> Checker<'a> {
     ) -> Val {
         let id = (scope, name.value.clone());
         if self.active.contains(&id) {
-            let message = format!("`{}` is defined in terms of itself", name.value);
-            let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
-            return self.fault(fault.also(name.span, "defined here"));
+            return self.circle(&id, (&name.value, span), name.span);
         }
         let names: Vec<&str> = params.iter().map(|param| param.name.value.as_str()).collect();
         let Some(mut given) = self.place_args(&name.value, &names, args) else {

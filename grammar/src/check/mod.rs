@@ -111,6 +111,7 @@ pub fn check(
         groups: BTreeMap::new(),
         memo: BTreeMap::new(),
         active: Vec::new(),
+        circles: BTreeSet::new(),
         seed: None,
         any_seed: None,
         experiment: None,
@@ -186,6 +187,8 @@ struct Checker<'a> {
     memo: BTreeMap<(usize, String), Val>,
     /// Names being evaluated.
     active: Vec<(usize, String)>,
+    /// The names of each circle of definitions that was reported.
+    circles: BTreeSet<BTreeSet<(usize, String)>>,
     /// The `seed` axis of the experiment at hand.
     seed: Option<AxisId>,
     /// The `seed` axis of what no experiment uses: which seeds there are is not known.
