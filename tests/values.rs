@@ -46,3 +46,16 @@ fn members_in_the_field_of_an_axis_are_members() {
             + 10.0 * (rmse(train(way.other, on: data), on: data) * 0.0 + 1.0)";
     check(items, "13.0,13.0");
 }
+
+#[test]
+fn records_are_coordinates() {
+    check(
+        "axis u(a, b) = [(b: 2, a: 1), (a: 0.5, b: 3)]\n measure m = u.a + 10.0 * u.b",
+        "21.0,30.5",
+    );
+    check(
+        "axis u(a, b) = [(1, \"x\"), (2, \"y\"), (4, \"x\")]
+         measure m = sum(1.0 * u.a, over: u, by: u.b)",
+        "5.0,2.0",
+    );
+}

@@ -121,13 +121,18 @@ impl<'a> Checker<'a> {
                 coords
             }
             AxisExpr::Labelled(entries, _) => self.labelled(scope, fields, entries)?,
+            AxisExpr::List(Expr { kind: ExprKind::List(items), .. })
+                if !fields.is_empty() && items.iter().any(is_row) =>
+            {
+                self.unlabelled(scope, fields, items)?
+            }
             AxisExpr::List(list) => {
                 let Val::Desc(Desc::Lit(lit), ty) = self.known_before(scope, list) else {
                     return None;
                 };
                 match lit {
                     Lit::List(items) => {
-                        self.fieldless((name, fields), list.span)?;
+                        self.fielded((name, fields), &items, list.span)?;
                         items
                             .into_iter()
                             .map(|value| Coord { label: label(&value), value })
@@ -201,7 +206,7 @@ impl<'a> Checker<'a> {
         self.room(n, span)
     }
 
-    /// Whether an axis without labels has no fields; reports it if it does.
+    /// Whether an axis of what is no record has no fields; reports it if it does.
     fn fieldless(&mut self, (name, fields): (&Name, &[Name]), span: Span) -> Option<()> {
         let [first, ..] = fields else { return Some(()) };
         let message = format!("axis `{}` has fields, but its coordinates have none", name.value);
@@ -209,6 +214,35 @@ impl<'a> Checker<'a> {
         let fault = fault.also(first.span, "the fields");
         self.fault(fault.help("write `{ \"label\": (value, value), ... }`"));
         None
+    }
+
+    /// Whether listed coordinates have the fields of their axis; reports it if not.
+    fn fielded(&mut self, axis: (&Name, &[Name]), items: &[Lit], span: Span) -> Option<()> {
+        let (_, fields) = axis;
+        if fields.is_empty() || items.iter().all(|item| has_fields(item, fields)) {
+            return Some(());
+        }
+        match items.iter().find(|item| matches!(item, Lit::Part(part) if part.name.is_empty())) {
+            None => self.fieldless(axis, span),
+            Some(odd) => {
+                let found = self.type_of(odd).to_string();
+                self.not_these(fields, &found, span);
+                None
+            }
+        }
+    }
+
+    /// Records in a list, which are their own labels.
+    fn unlabelled(
+        &mut self,
+        scope: usize,
+        fields: &'a [Name],
+        items: &'a [Expr],
+    ) -> Option<Vec<Coord>> {
+        let values = items.iter().map(|item| (self.row(scope, fields, item), item.span));
+        let values: Vec<_> = values.collect();
+        let values = self.alike(values)?.into_iter();
+        Some(values.map(|value| Coord { label: label(&value), value }).collect())
     }
 
     fn labelled(
@@ -226,6 +260,13 @@ impl<'a> Checker<'a> {
             (value, expr.span)
         });
         let values: Vec<_> = values.collect();
+        let coords = entries.iter().zip(self.alike(values)?);
+        let coords = coords.map(|((label, _), value)| Coord { label: label.value.clone(), value });
+        Some(coords.collect())
+    }
+
+    /// The values of coordinates, of one type.
+    fn alike(&mut self, values: Vec<(Val, Span)>) -> Option<Vec<Lit>> {
         let typed = values.into_iter().map(|(value, span)| match value {
             Val::Desc(Desc::Lit(lit), ty) => Some((lit, ty, span)),
             _ => None,
@@ -246,11 +287,7 @@ impl<'a> Checker<'a> {
             };
             joined = both;
         }
-        let coords = entries.iter().zip(typed).map(|((label, _), (value, ..))| Coord {
-            label: label.value.clone(),
-            value: widen(value, &joined),
-        });
-        Some(coords.collect())
+        Some(typed.into_iter().map(|(value, ..)| widen(value, &joined)).collect())
     }
 
     /// The record of one coordinate: `("Hills", hills(0))` or `(scene: "Hills", env: hills(0))`.
@@ -282,6 +319,11 @@ impl<'a> Checker<'a> {
                 value => (self.describe(&value), expr.span),
             },
         };
+        self.not_these(fields, &found, span)
+    }
+
+    fn not_these(&mut self, fields: &[Name], found: &str, span: Span) -> Val {
+        let names: Vec<&str> = fields.iter().map(|field| field.value.as_str()).collect();
         let message = format!("a coordinate of this axis is ({}), found {found}", names.join(", "));
         self.fault(Diagnostic::new(Code::Axis, span, message, "not these fields"))
     }
@@ -323,6 +365,19 @@ impl<'a> Checker<'a> {
         // The lists of the first may be empty.
         Val::Desc(Desc::Axis(id), types.fold(first, |ty, other| join(&ty, &other).unwrap_or(ty)))
     }
+}
+
+/// Whether a coordinate is written as a record, with names or without.
+fn is_row(item: &Expr) -> bool {
+    matches!(item.kind, ExprKind::Record(_))
+}
+
+/// Whether a value is a record of these fields.
+fn has_fields(value: &Lit, fields: &[Name]) -> bool {
+    let Lit::Part(part) = value else { return false };
+    part.name.is_empty()
+        && part.args.len() == fields.len()
+        && fields.iter().all(|field| part.args.contains_key(&field.value))
 }
 
 /// What a coordinate is called that has no label of its own.
