@@ -20,8 +20,8 @@ declare! {
     /// `==` within a tolerance `t`, whether the interval lies in `[−t, t]`, and it fails when
     /// they are apart. Without `seed` the numbers compare plainly, and within a tolerance if the
     /// difference is at most `t`. Sides that rest on fewer than 5 seeds decide nothing either, and
-    /// neither does what is not a number.
-    pub struct Claim = "claim" @ 3 -> Verdict {
+    /// neither does what is not a number. Where differences are infinite there may be no interval.
+    pub struct Claim = "claim" @ 4 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -99,7 +99,8 @@ impl Claim {
             let mut rng = Ctx { seed: 0, member: None, ..*ctx }.rng("bootstrap", &[]);
             bootstrap(differences, self.confidence, &mut rng)
         };
-        finding(relation.judge(low, high, self.within), Some((low, high)))
+        let known = !low.is_nan() && !high.is_nan();
+        finding(relation.judge(low, high, self.within), known.then_some((low, high)))
     }
 }
 
@@ -252,6 +253,20 @@ mod tests {
         // Paired with what was picked from one seed.
         assert_eq!(of(1, seeds(&[1.0; 6])), (Outcome::Undecided, 1, true));
         assert_eq!(of(6, seeds(&[1.0; 6])), (Outcome::Holds, 6, false));
+    }
+
+    #[test]
+    fn what_is_infinite_has_no_interval() {
+        for n in [5, BOOTSTRAP_SEEDS] {
+            let mut differences = vec![1.0; n];
+            differences[0] = f64::INFINITY;
+            let finding = claim(seeds(&differences), "<", scalar(0.0)).findings.remove(0);
+            assert_eq!((finding.estimate, finding.n), (f64::INFINITY, n));
+            assert!(finding.interval.is_none_or(|(low, high)| low <= high), "{finding:?}");
+            differences[1] = f64::NEG_INFINITY;
+            let finding = claim(seeds(&differences), "<", scalar(0.0)).findings.remove(0);
+            assert_eq!((finding.outcome, finding.interval), (Outcome::Undecided, None));
+        }
     }
 
     #[test]
