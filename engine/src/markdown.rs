@@ -167,7 +167,32 @@ fn difference(finding: &Finding) -> String {
     format!(", difference {estimate:?}{interval}{seeds}{lacking}")
 }
 
-/// Text that is no prose.
+/// Text that is no prose, on one line.
 fn code(text: &str) -> String {
-    if text.contains('`') { format!("`` {text} ``") } else { format!("`{text}`") }
+    let text = text.replace('\n', "\\n").replace('\r', "\\r");
+    if text.trim().is_empty() {
+        return format!("`{text:?}`");
+    }
+    // Longer than any run of backticks inside.
+    let n = text.split(|c| c != '`').map(str::len).max().unwrap_or(0) + 1;
+    let fence = "`".repeat(n);
+    let blank = if text.starts_with(['`', ' ']) || text.ends_with(['`', ' ']) { " " } else { "" };
+    format!("{fence}{blank}{text}{blank}{fence}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn code_is_code_whatever_it_is() {
+        let check = |text: &str, expected: &str| assert_eq!(code(text), expected, "{text:?}");
+        check("MA", "`MA`");
+        check("", "`\"\"`");
+        check(" ", "`\" \"`");
+        check(" a", "`  a `");
+        check("a`b", "``a`b``");
+        check("``", "``` `` ```");
+        check("a\n\nb", "`a\\n\\nb`");
+    }
 }
