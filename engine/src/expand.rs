@@ -20,6 +20,7 @@ use crate::plan::{Draw, Family, Fed, Plan, Source, Step};
 /// If the spec was not checked.
 #[must_use]
 pub fn expand(spec: &Spec, registry: &Registry) -> Plan {
+    let orders: Vec<Vec<usize>> = spec.axes.iter().map(|axis| by_value(&axis.coords)).collect();
     let mut expansion = Expansion {
         spec,
         registry,
@@ -27,7 +28,8 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Plan {
         addresses: BTreeMap::new(),
         known: BTreeMap::new(),
         identity: Vec::new(),
-        orders: spec.axes.iter().map(|axis| by_value(&axis.coords)).collect(),
+        ranks: orders.iter().map(|order| ranks(order)).collect(),
+        orders,
     };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
@@ -145,6 +147,8 @@ struct Expansion<'a> {
     identity: Vec<u8>,
     /// The coordinates of each axis by value.
     orders: Vec<Vec<usize>>,
+    /// The place of each coordinate in that order.
+    ranks: Vec<Vec<usize>>,
 }
 
 impl Expansion<'_> {
@@ -247,12 +251,14 @@ impl Expansion<'_> {
 
     fn fed(&self, feed: &Feed, values: &Values, place: &Place) -> Fed {
         let orders = feed.gathered.iter().map(|axis| {
-            let mut order = self.order(*axis, feed.labelled);
-            if let Some(groups) = feed.groups.as_ref().filter(|groups| groups.axis == *axis) {
-                let group = &groups.places[place[&groups.by]];
-                order.retain(|place| group.contains(place));
+            let Some(groups) = feed.groups.as_ref().filter(|groups| groups.axis == *axis) else {
+                return self.order(*axis, feed.labelled);
+            };
+            let mut group = groups.places[place[&groups.by]].clone();
+            if !feed.labelled {
+                group.sort_by_key(|place| self.ranks[axis.0 as usize][*place]);
             }
-            order
+            group
         });
         let orders: Vec<Vec<usize>> = orders.collect();
         let sizes: Vec<usize> = orders.iter().map(Vec::len).collect();
@@ -348,6 +354,15 @@ fn by_value(coords: &[Coord]) -> Vec<usize> {
         order.sort_by_cached_key(|i| coords[*i].value.to_string());
     }
     order
+}
+
+/// The place of each in an order.
+fn ranks(order: &[usize]) -> Vec<usize> {
+    let mut ranks = vec![0; order.len()];
+    for (rank, place) in order.iter().enumerate() {
+        ranks[*place] = rank;
+    }
+    ranks
 }
 
 fn strides(sizes: &[usize]) -> Vec<usize> {

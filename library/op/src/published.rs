@@ -93,9 +93,8 @@ fn dim(name: String, labels: &[Label]) -> Result<Dim, String> {
     if texts.is_empty() {
         return Err(format!("axis `{name}` has no labels"));
     }
-    if let Some((_, again)) =
-        texts.iter().enumerate().find(|(i, label)| texts[..*i].contains(label))
-    {
+    let mut seen = BTreeSet::new();
+    if let Some(again) = texts.iter().find(|label| !seen.insert(label.as_str())) {
         return Err(format!("axis `{name}` has the label `{again}` twice"));
     }
     let number = |label: &Label| if let Label::Number(x) = label { Some(*x) } else { None };
@@ -130,6 +129,20 @@ mod tests {
         let mixed = r#"(source: "", axes: [("a", ["x", 2])], values: [1, 2])"#;
         let labels = Labels::Names(vec!["x".into(), "2".into()]);
         assert_eq!(read_published(mixed).unwrap().dims[0].labels, labels);
+    }
+
+    #[test]
+    fn many_labels_are_told_apart() {
+        let n = 200_000;
+        let mut labels: Vec<String> = (0..n).map(|i| format!("\"label {i}\"")).collect();
+        let text = |labels: &[String]| {
+            let values = "1,".repeat(labels.len());
+            format!("(source: \"\", axes: [(\"a\", [{}])], values: [{values}])", labels.join(","))
+        };
+        assert_eq!(read_published(&text(&labels)).unwrap().dims[0].len(), n);
+        labels.push(labels[n - 1].clone());
+        let twice = format!("axis `a` has the label `label {}` twice", n - 1);
+        assert_eq!(read_published(&text(&labels)), Err(twice));
     }
 
     #[test]

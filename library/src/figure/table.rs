@@ -1,5 +1,7 @@
 //! Measures as a table.
 
+use std::collections::BTreeMap;
+
 use ivx_op::{Array, AxisNames, Ctx, Dim, Everything, Many, Op, OpError, Table, declare};
 
 use super::arrange::{Arranged, arrange, called, labels, names};
@@ -34,10 +36,10 @@ impl Op for Tabulate {
         let mut columns = columns(&values, values.len() == 1);
         for value in &self.beside.0 {
             let beside = arrange(value, &self.rows.0, &[])?;
-            let known = row_labels(&beside.outer);
-            let places =
-                row_labels(rows).into_iter().map(|row| known.iter().position(|k| *k == row));
-            let places: Vec<Option<usize>> = places.collect();
+            let known: BTreeMap<Vec<String>, usize> =
+                row_labels(&beside.outer).into_iter().zip(0..).collect();
+            let places: Vec<Option<usize>> =
+                row_labels(rows).iter().map(|row| known.get(row).copied()).collect();
             for Column { head, over_seed, cells } in self::columns(&[beside], false) {
                 let cell = |place: &Option<usize>| {
                     place.and_then(|place| cells[place]).filter(|cell| !cell.mean.is_nan())
