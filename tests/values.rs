@@ -15,6 +15,13 @@ fn check(items: &str, expected: &str) {
 }
 
 #[test]
+fn any_is_a_label_like_any_other() {
+    let axis = "axis ke = { \"any\": 1.0, \"x\": 2.0 }\n";
+    check(&format!("{axis} measure m = (10.0 * ke)[ke: \"x\"]"), "20.0");
+    check(&format!("{axis} measure m = (10.0 * ke)[ke: [\"x\", \"any\"]]"), "20.0,10.0");
+}
+
+#[test]
 fn numbers_in_records_are_widened() {
     let m = "measure m = rmse(train(linear_map(
         features: polynomial(degree: 1), prior: normal(0.0, r.s)), on: data), on: data) * 0.0 + r.s";
@@ -24,13 +31,6 @@ fn numbers_in_records_are_widened() {
     let axis = "let r = (s: 0.5)\n axis l = { \"a\": (s: 1.5), \"b\": (s: 2) }";
     check(&format!("{data}{axis}\n{}", m.replace("r.s", "l.s")), "1.5,2.0");
     check("axis k(s) = { \"x\": (s: 1), \"y\": (s: 0.5) }\n measure m = 2.0 * k.s", "2.0,1.0");
-}
-
-#[test]
-fn any_is_a_label_like_any_other() {
-    let axis = "axis ke = { \"any\": 1.0, \"x\": 2.0 }\n";
-    check(&format!("{axis} measure m = (10.0 * ke)[ke: \"x\"]"), "20.0");
-    check(&format!("{axis} measure m = (10.0 * ke)[ke: [\"x\", \"any\"]]"), "20.0,10.0");
 }
 
 #[test]

@@ -169,6 +169,17 @@ impl<'a> Checker<'a> {
             self.fault(Diagnostic::new(Code::Axis, name.span, message, "not a whole number"));
             return None;
         }
+        let mut seeds = BTreeSet::new();
+        let again = |coord: &&Coord| match &coord.value {
+            Lit::Int(seed) => !seeds.insert(*seed),
+            _ => false,
+        };
+        if let (SEED, Some(again)) = (name.value.as_str(), coords.iter().find(again)) {
+            let message = format!("axis `{SEED}` has the value {} twice", again.value);
+            let label = "the same numbers would pass for others";
+            self.fault(Diagnostic::new(Code::Axis, name.span, message, label));
+            return None;
+        }
         Some(coords)
     }
 
