@@ -37,6 +37,9 @@ impl<'a> Checker<'a> {
         let Val::Desc(Desc::Lit(label_lit), _) = self.known_before_at(at, label) else {
             return Val::Poison;
         };
+        if !self.distinct(&axes, name.span) {
+            return Val::Poison;
+        }
         let named = self.named(at, &name.value, name.span);
         if let Some(axis) = self.among(axes.iter().copied(), named) {
             return self.select_axis(value, axis, &label_lit, label.span);
