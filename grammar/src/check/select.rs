@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::{Val, fold};
 use crate::ast::{self, Name};
-use crate::ir::{AxisId, Desc, Expr, ExprId, ExprKind, Feed};
+use crate::ir::{AxisId, Coord, Desc, Expr, ExprId, ExprKind, Feed};
 use crate::{Code, Diagnostic, Span, suggest};
 
 impl<'a> Checker<'a> {
@@ -77,11 +77,18 @@ impl<'a> Checker<'a> {
             let coords = &self.spec.axis(axis).coords;
             let found = coords.iter().position(|coord| match label {
                 Lit::Text(text) => coord.label == *text,
-                number => {
-                    coord.value == *number
-                        || coord.value.as_f64().is_some_and(|x| Some(x) == number.as_f64())
-                }
+                number => is_number(coord, number),
             });
+            if let Some((first, other)) =
+                found.and_then(|i| Some((i, ambiguous(coords, label, i)?)))
+            {
+                let [first, other] = [first, other].map(|i| &coords[i].label);
+                let message = format!("`{label}` may mean {first:?} and {other:?}");
+                let fault =
+                    Diagnostic::new(Code::UnknownLabel, span, message, "a label or a value");
+                let help = format!("write the label in quotes: `{first:?}` or `{other:?}`");
+                return self.fault(fault.help(help));
+            }
             let Some(place) = found else {
                 let wanted =
                     if let Lit::Text(text) = label { text.clone() } else { label.to_string() };
@@ -242,6 +249,26 @@ impl<'a> Checker<'a> {
             }
         }
     }
+}
+
+/// Whether a coordinate stands for a number, or is what `number` is.
+fn is_number(coord: &Coord, number: &Lit) -> bool {
+    match (&coord.value, number) {
+        (Lit::Int(a), Lit::Int(b)) => a == b,
+        (value, number) => {
+            value == number || value.as_f64().is_some_and(|x| Some(x) == number.as_f64())
+        }
+    }
+}
+
+/// Another coordinate that a number may mean, by its value or by its label.
+fn ambiguous(coords: &[Coord], number: &Lit, place: usize) -> Option<usize> {
+    if matches!(number, Lit::Text(_)) {
+        return None;
+    }
+    let label = number.to_string();
+    let means = |coord: &Coord| is_number(coord, number) || coord.label == label;
+    (0..coords.len()).find(|i| *i != place && means(&coords[*i]))
 }
 
 /// Some coordinates of an axis, which make one of their own.
