@@ -34,7 +34,14 @@ impl Checker<'_> {
             }
             let values =
                 self.places(&axes).filter_map(|place| desc.eval(&self.spec.axes, &place).ok());
-            counts.extend(values.map(|lit| registry.member_count(&lit).map(|(_, n)| n)));
+            let values: Vec<Lit> = values.collect();
+            if values.iter().any(|value| nested(value, &asks)) {
+                let message = "an ensemble of ensembles has members of two kinds";
+                let fault = Diagnostic::new(Code::Dimensions, span, message, "one inside another");
+                self.fault(fault.help("take one of the two away"));
+                return Err(());
+            }
+            counts.extend(values.iter().map(|lit| registry.member_count(lit).map(|(_, n)| n)));
         }
         let counts: Vec<Option<i64>> = counts.into_iter().collect();
         let (label, help) = match counts[..] {
@@ -94,6 +101,18 @@ impl Checker<'_> {
             Desc::Widen(inner, _) => self.has_part(inner, fields, wanted),
             Desc::Held(..) | Desc::Binary(..) => false,
         }
+    }
+}
+
+/// Whether such a part has another inside it.
+fn nested(lit: &Lit, wanted: &impl Fn(&str) -> bool) -> bool {
+    match lit {
+        Lit::Part(part) if wanted(&part.name) => {
+            part.args.values().any(|arg| any_part(arg, &[], wanted))
+        }
+        Lit::Part(part) => part.args.values().any(|arg| nested(arg, wanted)),
+        Lit::List(items) => items.iter().any(|item| nested(item, wanted)),
+        _ => false,
     }
 }
 
