@@ -432,6 +432,10 @@ impl<'a> Checker<'a> {
                 let expr = self.spec.expr(*id);
                 let members =
                     expr.axes.iter().any(|axis| self.spec.axis(*axis).role == ir::AxisRole::Member);
+                if !expr.collected.is_empty() {
+                    let over = self.names(&expr.collected).join(", ");
+                    return format!("Collection<{}> over {over}", expr.artifact);
+                }
                 match (expr.artifact.as_str(), &expr.dims[..]) {
                     (artifact, _) if members && artifact != Array::KIND => {
                         format!("Ensemble<{artifact}>")

@@ -158,7 +158,7 @@ impl<'a> Checker<'a> {
             let expr = checker.spec.expr(id);
             let member = |axis: &&AxisId| checker.spec.axis(**axis).role == AxisRole::Member;
             let dims: BTreeSet<String> = expr.dims.iter().cloned().collect();
-            (dims, expr.axes.iter().find(member).copied())
+            (dims, expr.axes.iter().find(member).copied(), expr.collected.clone())
         };
         let own = shape(self, first);
         if let Some((odd, odd_span)) = arms.iter().find(|(id, _)| shape(self, *id) != own) {
@@ -170,12 +170,10 @@ impl<'a> Checker<'a> {
             return self.fault(fault.help("reduce or select until they agree"));
         }
         let mut axes = BTreeSet::from([axis]);
-        let mut collected = BTreeSet::new();
         for (id, _) in &arms {
             axes.extend(&self.spec.expr(*id).axes);
-            collected.extend(&self.spec.expr(*id).collected);
         }
-        let dims = self.spec.expr(first).dims.clone();
+        let Expr { dims, collected, .. } = self.spec.expr(first).clone();
         if !self.distinct(&axes, span) || !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }
