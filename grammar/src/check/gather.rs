@@ -1,6 +1,6 @@
 //! Which axes a port gathers, and `collect`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ivx_op::{ArgDecl, Decl, Gather, Port};
 
@@ -54,7 +54,11 @@ impl<'a> Checker<'a> {
         fed: &[Fed<'_>],
         named: &[(&ArgDecl, Vec<Named<'a>>)],
     ) -> bool {
-        for feed in fed.iter().filter(|feed| feed.port.gather == Gather::Everything) {
+        let shown = fed.iter().filter(|feed| feed.port.gather == Gather::Everything);
+        if shown.clone().next().is_some() && !self.named_once(decl, named) {
+            return false;
+        }
+        for feed in shown {
             let spare = decl.arg(feed.name).is_some_and(|arg| arg.default.is_some());
             let asked = named.iter().filter(|(arg, _)| !(spare && arg.default.is_some()));
             for (arg, named) in asked.flat_map(|(arg, all)| all.iter().map(move |n| (arg, n))) {
@@ -77,6 +81,20 @@ impl<'a> Checker<'a> {
                 let fault = Diagnostic::new(Code::UnknownAxis, *span, message, label);
                 let fault = fault.also(named.span, "asked for here");
                 self.fault(fault.help(help));
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Whether each axis has one place in what is shown; reports it if not.
+    fn named_once(&mut self, decl: &Decl, named: &[(&ArgDecl, Vec<Named<'a>>)]) -> bool {
+        let mut first: BTreeMap<&str, Span> = BTreeMap::new();
+        for named in named.iter().flat_map(|(_, names)| names) {
+            if let Some(first) = first.insert(named.name, named.span) {
+                let message = format!("`{}` is given `{}` twice", decl.name, named.name);
+                let fault = Diagnostic::new(Code::TwiceGiven, named.span, message, "given again");
+                self.fault(fault.also(first, "first given here"));
                 return false;
             }
         }
