@@ -281,14 +281,7 @@ impl Expansion<'_> {
 
     fn labelled(&self, axis: AxisId) -> Dim {
         let axis = self.spec.axis(axis);
-        let numbers: Option<Vec<f64>> =
-            axis.coords.iter().map(|coord| coord.value.as_f64()).collect();
-        let plain = |coord: &Coord| coord.value.to_string() == coord.label;
-        let labels = match numbers {
-            Some(numbers) if axis.coords.iter().all(plain) => Labels::Numbers(numbers),
-            _ => Labels::Names(axis.coords.iter().map(|coord| coord.label.clone()).collect()),
-        };
-        Dim::new(&axis.name, labels)
+        Dim::new(&axis.name, axis.labels())
     }
 
     /// The values over axes in the order of their names.

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::Lit;
+use ivx_op::{Labels, Lit};
 
 pub use desc::{Desc, widen};
 
@@ -56,6 +56,20 @@ pub enum AxisRole {
     Seed,
     /// The members of an ensemble.
     Member,
+}
+
+impl Axis {
+    /// Its labels where they travel: numbers if all its coordinates are, and are called as they are.
+    #[must_use]
+    pub fn labels(&self) -> Labels {
+        let numbers: Option<Vec<f64>> =
+            self.coords.iter().map(|coord| coord.value.as_f64()).collect();
+        let plain = |coord: &Coord| coord.value.to_string() == coord.label;
+        match numbers {
+            Some(numbers) if self.coords.iter().all(plain) => Labels::Numbers(numbers),
+            _ => Labels::Names(self.coords.iter().map(|coord| coord.label.clone()).collect()),
+        }
+    }
 }
 
 /// One coordinate of an axis.

@@ -52,6 +52,10 @@ impl<'a> Checker<'a> {
         if !self.distinct(&all.collect(), title.span) {
             return None;
         }
+        let (a, b) = ((left.id, left.span), (right.id, right.span));
+        if !left.over.intersection(&right.over).all(|name| self.same_labels(name, a, b)) {
+            return None;
+        }
         // A side that rests on too few seeds decides nothing, whatever the other rests on.
         let seeds = [left.id, right.id].map(|side| self.n_seeds(side));
         let seeds = seeds.into_iter().filter(|n| *n > 0).min().unwrap_or(0);

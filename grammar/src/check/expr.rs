@@ -379,10 +379,16 @@ impl<'a> Checker<'a> {
         if !self.distinct(&axes, span) || !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }
+        let inputs: Vec<ExprId> = ports.iter().map(|(_, id)| *id).collect();
+        if let [left, right] = inputs[..]
+            && !dims.iter().all(|dim| self.same_labels(dim, (left, span), (right, span)))
+        {
+            return Val::Poison;
+        }
         let ports =
             ports.into_iter().map(|(port, id)| (port.to_owned(), vec![Feed::one(id)])).collect();
         let op = ir::Op { name: name.to_owned(), args, ports, stochastic: false };
-        Val::Artifact(self.push(
+        let id = self.push(
             Expr {
                 address: at.inside(name).address,
                 axes,
@@ -392,7 +398,9 @@ impl<'a> Checker<'a> {
                 kind: ir::ExprKind::Op(op),
             },
             span,
-        ))
+        );
+        self.inherit_labels(id, inputs);
+        Val::Artifact(id)
     }
 
     /// Adds an expression to the program.

@@ -177,8 +177,12 @@ impl<'a> Checker<'a> {
         if !self.distinct(&axes, span) || !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }
+        let alike = dims.iter().all(|dim| {
+            let known = |id| self.labels_along(id, dim);
+            arms.iter().all(|(id, _)| known(*id) == known(first))
+        });
         let arms = arms.into_iter().map(|(id, _)| id).collect();
-        Val::Artifact(self.push(
+        let id = self.push(
             Expr {
                 address: at.address.clone(),
                 axes,
@@ -188,6 +192,8 @@ impl<'a> Checker<'a> {
                 kind: ExprKind::Match { axis, arms },
             },
             span,
-        ))
+        );
+        self.inherit_labels(id, alike.then_some(first));
+        Val::Artifact(id)
     }
 }

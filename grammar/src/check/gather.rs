@@ -84,7 +84,29 @@ impl<'a> Checker<'a> {
                 return false;
             }
         }
-        true
+        self.aligned(decl, fed, named)
+    }
+
+    /// Whether what has no place of its own has the same labels along the axes that need one;
+    /// reports it if not.
+    fn aligned(
+        &mut self,
+        decl: &Decl,
+        fed: &[Fed<'_>],
+        named: &[(&ArgDecl, Vec<Named<'a>>)],
+    ) -> bool {
+        let needed = |name: &str| decl.arg(name).is_some_and(|arg| arg.default.is_none());
+        let shown = fed.iter().filter(|feed| feed.port.gather == Gather::Everything);
+        let shown: Vec<_> = shown
+            .filter(|feed| needed(feed.name))
+            .flat_map(|feed| feed.exprs.iter().map(|(id, span, _)| (*id, *span)))
+            .collect();
+        let named = named.iter().filter(|(arg, _)| arg.default.is_none());
+        let names: Vec<&str> = named.flat_map(|(_, all)| all.iter().map(|n| n.name)).collect();
+        shown
+            .iter()
+            .skip(1)
+            .all(|other| names.iter().all(|name| self.same_labels(name, shown[0], *other)))
     }
 
     /// Whether each axis has one place in what is shown; reports it if not.

@@ -14,6 +14,7 @@ mod family;
 mod function;
 mod gather;
 mod group;
+mod labels;
 mod lint;
 mod meet;
 mod member;
@@ -32,7 +33,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use ivx_op::{Lit, Registry};
 
 use crate::ast::Ast;
-use crate::ir::{AxisId, Groups, Spec};
+use crate::ir::{AxisId, ExprId, Groups, Spec};
 use crate::{Code, Diagnostic, Severity};
 
 use scope::Scopes;
@@ -120,6 +121,7 @@ pub fn check(
         spans: Vec::new(),
         drawn: Vec::new(),
         published: BTreeMap::new(),
+        labels: BTreeMap::new(),
         n_nodes: 0,
         n_values: 0,
         max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
@@ -205,6 +207,8 @@ struct Checker<'a> {
     drawn: Vec<drawn::Drawn>,
     /// Published numbers, by the file that names them and the path as written.
     published: BTreeMap<(usize, String), ivx_op::Published>,
+    /// Labels along dimensions of values, where they are known.
+    labels: BTreeMap<(ExprId, String), ivx_op::Labels>,
     /// Nodes so far, and the most there may be.
     n_nodes: usize,
     /// Values of expressions so far, selections too.

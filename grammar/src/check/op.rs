@@ -124,7 +124,11 @@ impl<'a> Checker<'a> {
             dims,
             kind: crate::ir::ExprKind::Op(op),
         };
-        Val::Artifact(self.push(expr, span))
+        let id = self.push(expr, span);
+        if !matches!(out.dims, Dims::Fixed(_)) {
+            self.inherit_labels(id, fed.iter().flat_map(|feed| &feed.exprs).map(|(id, ..)| *id));
+        }
+        Val::Artifact(id)
     }
 
     /// The arguments of an operation, each for itself.

@@ -71,9 +71,11 @@ impl<'a> Checker<'a> {
         ];
         let args: BTreeMap<_, _> =
             args.into_iter().map(|(name, lit)| (name.to_owned(), Desc::Lit(lit))).collect();
+        let known = found.dims.clone();
         let value = self.builtin(at, "published", args, Vec::new(), path.span);
         if let Val::Artifact(id) = value {
             self.spec.exprs[id.0 as usize].dims = dims;
+            self.labels.extend(known.into_iter().map(|dim| ((id, dim.name), dim.labels)));
         }
         value
     }

@@ -123,7 +123,9 @@ impl<'a> Checker<'a> {
         expr.axes.remove(&axis);
         expr.collected.remove(&axis);
         expr.kind = ExprKind::Pick { base, axis, place };
-        self.push(expr, span)
+        let id = self.push(expr, span);
+        self.inherit_labels(id, [base]);
+        id
     }
 
     fn pick_desc(&mut self, desc: &Desc, axis: AxisId, place: usize, span: Span) -> Desc {
@@ -163,7 +165,9 @@ impl<'a> Checker<'a> {
             expr.collected.insert(restricted);
         }
         expr.kind = ExprKind::Restrict { base, axis, restricted, places };
-        self.push(expr, span)
+        let id = self.push(expr, span);
+        self.inherit_labels(id, [base]);
+        id
     }
 
     fn restrict_desc(&mut self, desc: &Desc, kept: &Kept, span: Span) -> Desc {
@@ -206,16 +210,21 @@ impl<'a> Checker<'a> {
             let message = format!("label {} is selected twice", again.1);
             return self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
         }
-        let labels = Lit::List(labels);
         let args = BTreeMap::from([
             ("dim".to_owned(), Desc::Lit(dim.into())),
-            ("at".to_owned(), Desc::Lit(labels)),
+            ("at".to_owned(), Desc::Lit(Lit::List(labels.clone()))),
             ("keep".to_owned(), Desc::Lit(Lit::Bool(!one))),
         ]);
         let selected = self.builtin(at, "select", args, vec![("x", id)], span);
-        if let (Val::Artifact(selected), true) = (&selected, one) {
-            let Expr { dims, .. } = &mut self.spec.exprs[selected.0 as usize];
-            dims.retain(|own| own != dim);
+        if let Val::Artifact(selected) = selected {
+            if !self.known_labels((id, selected), dim, &labels, span) {
+                return Val::Poison;
+            }
+            if one {
+                let Expr { dims, .. } = &mut self.spec.exprs[selected.0 as usize];
+                dims.retain(|own| own != dim);
+                self.labels.remove(&(selected, dim.to_owned()));
+            }
         }
         selected
     }
