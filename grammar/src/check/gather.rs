@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgDecl, Decl, Gather, Port};
+use ivx_op::{ArgDecl, ArgKind, Decl, Gather, Labels, Port};
 
 use super::Checker;
 use super::call::Written;
@@ -84,7 +84,7 @@ impl<'a> Checker<'a> {
                 return false;
             }
         }
-        self.aligned(decl, fed, named)
+        self.aligned(decl, fed, named) && self.numeric(fed, named)
     }
 
     /// Whether what has no place of its own has the same labels along the axes that need one;
@@ -107,6 +107,28 @@ impl<'a> Checker<'a> {
             .iter()
             .skip(1)
             .all(|other| names.iter().all(|name| self.same_labels(name, shown[0], *other)))
+    }
+
+    /// Whether the labels of axes are numbers where they must be, as far as is known; reports it if
+    /// not.
+    fn numeric(&mut self, fed: &[Fed<'_>], named: &[(&ArgDecl, Vec<Named<'a>>)]) -> bool {
+        let numeric = named.iter().filter(|(arg, _)| arg.kind == ArgKind::NumericAxis);
+        for named in numeric.flat_map(|(_, names)| names) {
+            for (id, ..) in fed.iter().flat_map(|feed| &feed.exprs) {
+                let Some(Labels::Names(names)) = self.labels_along(*id, named.name) else {
+                    continue;
+                };
+                let Some(odd) = names.iter().find(|name| name.parse::<f64>().is_err()) else {
+                    continue;
+                };
+                let message = format!("the labels of `{}` are not numbers: {odd:?}", named.name);
+                let fault =
+                    Diagnostic::new(Code::Axis, named.span, message, "numbers are shown here");
+                self.fault(fault.help("show an axis of names by `bars`, or name it in `by`"));
+                return false;
+            }
+        }
+        true
     }
 
     /// Whether each axis has one place in what is shown; reports it if not.

@@ -151,7 +151,7 @@ impl<'a> Checker<'a> {
                 (ArgKind::Port(port), None) => {
                     all.fed.push(Fed { port: *port, name: arg.name, exprs: Vec::new() });
                 }
-                (ArgKind::Axes, given) => {
+                (ArgKind::Axes | ArgKind::NumericAxis, given) => {
                     let names = self.axis_names(at, decl, arg, *given);
                     sound &= names.is_some();
                     all.named.push((*arg, names.unwrap_or_default()));
@@ -292,6 +292,12 @@ impl<'a> Checker<'a> {
                 return None;
             };
             names.push(name);
+        }
+        if arg.kind == ArgKind::NumericAxis && names.len() != 1 {
+            let message =
+                format!("`{}.{}` takes one axis, found {}", decl.name, arg.name, names.len());
+            self.fault(Diagnostic::new(Code::UnknownAxis, expr.span, message, "expected one"));
+            return None;
         }
         Some(names)
     }

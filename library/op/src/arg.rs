@@ -164,6 +164,20 @@ impl Arg for AxisNames {
     }
 }
 
+/// The name of one axis or dimension whose labels are numbers, as the gathered values bear it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NumericAxis(pub String);
+
+impl Arg for NumericAxis {
+    fn kind() -> ArgKind {
+        ArgKind::NumericAxis
+    }
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+        let AxisNames(names) = AxisNames::take(call, name)?;
+        names.into_iter().next().map(Self).ok_or(ArgError::Missing(name))
+    }
+}
+
 /// A port that sees one value at a time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct One<A>(pub A);

@@ -150,6 +150,8 @@ pub enum ArgKind {
     Members,
     /// The name of an axis or dimension, or a list of them.
     Axes,
+    /// The name of one axis or dimension whose labels are numbers.
+    NumericAxis,
     /// The field of an axis that vanishes by whose values its coordinates are grouped, as in
     /// `task.scene`. Each group is a node of its own, so that no node knows it.
     Groups,
@@ -270,7 +272,7 @@ impl fmt::Display for ArgKind {
         match self {
             Self::Literal(ty) => write!(f, "{ty}"),
             Self::Members => f.write_str("Int"),
-            Self::Axes => f.write_str("Axis"),
+            Self::Axes | Self::NumericAxis => f.write_str("Axis"),
             Self::Groups => f.write_str("Field"),
             Self::Port(port) => write!(f, "{port}"),
         }

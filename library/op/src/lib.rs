@@ -18,7 +18,7 @@ mod verdict;
 
 pub use arg::{
     Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, Literal, Many,
-    MemberCount, Members, Named, One, PortType,
+    MemberCount, Members, Named, NumericAxis, One, PortType,
 };
 pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, distance, kind_of};

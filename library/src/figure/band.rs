@@ -1,6 +1,6 @@
 //! The area about a value.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Op, OpError, declare};
+use ivx_op::{Array, Ctx, Everything, NumericAxis, Op, OpError, declare};
 
 use super::arrange::{Arranged, arrange, called, names, numbers};
 use super::drawing::{Mark, Series};
@@ -16,7 +16,7 @@ declare! {
         /// Half the height, in units of `width`.
         spread: Everything<Array>;
         /// An axis or dimension of both whose labels are numbers.
-        x: AxisNames;
+        x: NumericAxis;
         /// How many spreads the area reaches to either side.
         width: f64 = 3.0, in 0.0.., unit "spreads";
         /// The legend entry; where empty, what the spec calls `center`.
@@ -26,7 +26,9 @@ declare! {
 
 impl Op for Band {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
-        let along = |value| arrange(value, &[], &self.x.0)?.at_most(0, "a band has only `x`");
+        let along = |value| {
+            arrange(value, &[], std::slice::from_ref(&self.x.0))?.at_most(0, "a band has only `x`")
+        };
         let (center, spread): (Arranged, Arranged) = (along(&self.center)?, along(&self.spread)?);
         if center.inner != spread.inner {
             let (a, b, x) = (called(&center.name), called(&spread.name), names(&center.inner));
@@ -48,13 +50,14 @@ impl Op for Band {
 
 #[cfg(test)]
 mod tests {
-    use super::super::arrange::tests::{axes, value};
+    use super::super::arrange::tests::value;
     use super::*;
 
     const CTX: Ctx = Ctx::new("band", 0, None);
 
     fn band(center: Everything<Array>, spread: Everything<Array>) -> Result<Layer, OpError> {
-        Band { center, spread, x: axes(&["x"]), width: 2.0, label: "±2σ".into() }.run(&CTX)
+        Band { center, spread, x: NumericAxis("x".into()), width: 2.0, label: "±2σ".into() }
+            .run(&CTX)
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Lines of a value along an axis.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, Everything, NumericAxis, Op, OpError, declare};
 
 use super::arrange::{arrange, labels, names, numbers};
 use super::drawing::{Mark, Series, Stroke};
@@ -15,7 +15,7 @@ declare! {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.
-        x: AxisNames;
+        x: NumericAxis;
         /// Axes that have a line and legend entry for each label.
         by: AxisNames = Vec::<&str>::new();
         /// The legend entry; where empty, what the spec calls `y`, or the label of `by` alone.
@@ -34,12 +34,12 @@ impl Op for Curve {
 /// The layer of lines of `y` along `x`, one series for each label of `by`.
 pub(super) fn curves(
     y: &Everything<Array>,
-    x: &AxisNames,
+    x: &NumericAxis,
     by: &AxisNames,
     label: &str,
     stroke: Stroke,
 ) -> Result<Layer, OpError> {
-    let all = arrange(y, &by.0, &x.0)?;
+    let all = arrange(y, &by.0, std::slice::from_ref(&x.0))?;
     let xs = numbers(&all.inner)?;
     let mut ascending: Vec<usize> = (0..xs.len()).collect();
     ascending.sort_by(|&i, &j| xs[i].total_cmp(&xs[j]));
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     fn check(y: &Everything<Array>, by: &[&str], label: &str) -> Vec<Series> {
-        curves(y, &axes(&["x"]), &axes(by), label, Stroke::Dashed).unwrap().series
+        curves(y, &NumericAxis("x".into()), &axes(by), label, Stroke::Dashed).unwrap().series
     }
 
     #[test]

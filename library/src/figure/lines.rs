@@ -1,6 +1,6 @@
 //! A figure of curves alone.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, NumericAxis, Op, OpError, declare};
 
 use super::curve::curves;
 use super::drawing::Stroke;
@@ -13,7 +13,7 @@ declare! {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.
-        x: AxisNames;
+        x: NumericAxis;
         /// Axes that have a line and legend entry for each label.
         by: AxisNames = Vec::<&str>::new();
         /// Above the panel.
@@ -41,7 +41,7 @@ mod tests {
     fn axes_are_named_after_what_they_show() {
         let lines = |by: &[&str]| Lines {
             y: value(&[("ke", &["WCM", "MA"]), ("x", &["0", "1"])], &[1.0, 2.0, 3.0, 4.0]),
-            x: axes(&["x"]),
+            x: NumericAxis("x".into()),
             by: axes(by),
             title: String::new(),
             x_label: String::new(),
