@@ -60,11 +60,13 @@ pub enum AxisRole {
 
 impl Axis {
     /// Its labels where they travel: numbers if all its coordinates are, and are called as they are.
+    /// Whole numbers that reals do not tell apart are names.
     #[must_use]
     pub fn labels(&self) -> Labels {
         let numbers: Option<Vec<f64>> =
             self.coords.iter().map(|coord| coord.value.as_f64()).collect();
-        let plain = |coord: &Coord| coord.value.to_string() == coord.label;
+        let exact = |value: &Lit| !matches!(value, Lit::Int(n) if n.unsigned_abs() > 1 << 53);
+        let plain = |coord: &Coord| exact(&coord.value) && coord.value.to_string() == coord.label;
         match numbers {
             Some(numbers) if self.coords.iter().all(plain) => Labels::Numbers(numbers),
             _ => Labels::Names(self.coords.iter().map(|coord| coord.label.clone()).collect()),
@@ -277,5 +279,27 @@ impl Spec {
                 inputs
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_numbers_where_all_are_and_stay_apart() {
+        let check = |coords: &[(&str, Lit)], expected: Labels| {
+            let coords = coords
+                .iter()
+                .map(|(label, value)| Coord { label: (*label).to_owned(), value: value.clone() });
+            let (name, role) = ("n".to_owned(), AxisRole::Plain);
+            assert_eq!(Axis { name, role, coords: coords.collect() }.labels(), expected);
+        };
+        let names = |names: &[&str]| Labels::Names(names.iter().map(ToString::to_string).collect());
+        check(&[("1", 1.into()), ("0.5", 0.5.into())], Labels::Numbers(vec![1.0, 0.5]));
+        check(&[("1", 1.into()), ("half", 0.5.into())], names(&["1", "half"]));
+        let large = ["9007199254740992", "9007199254740993"];
+        let coords = large.map(|label| (label, Lit::Int(label.parse().expect("a whole number"))));
+        check(&coords, names(&large));
     }
 }
