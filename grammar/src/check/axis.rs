@@ -42,7 +42,7 @@ impl<'a> Checker<'a> {
 
     /// Seeds where it is not known which there are.
     pub(super) fn any_seed(&mut self) -> AxisId {
-        let coord = Coord { label: "any".to_owned(), value: Lit::Int(0) };
+        let coord = Coord { label: "0".to_owned(), value: Lit::Int(0) };
         self.push_axis(Axis { name: SEED.to_owned(), role: AxisRole::Seed, coords: vec![coord] })
     }
 

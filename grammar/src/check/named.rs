@@ -16,6 +16,8 @@ pub(super) struct Named<'a> {
     pub(super) name: &'a str,
     /// Which axis it is, where a name in scope says so.
     axis: Option<AxisId>,
+    /// Whether that name is of an axis with a fault, which was reported.
+    lost: bool,
     /// Where it is named.
     pub(super) span: Span,
 }
@@ -27,7 +29,9 @@ impl<'a> Checker<'a> {
             (Some((scope, item)), _) if matches!(item.kind, ItemKind::Axis { .. }) => {
                 Some(self.named_by(scope, item, expr.span))
             }
-            (_, ExprKind::Name(name)) => Some(Named { name, axis: None, span: expr.span }),
+            (_, ExprKind::Name(name)) => {
+                Some(Named { name, axis: None, lost: false, span: expr.span })
+            }
             _ => None,
         }
     }
@@ -39,7 +43,7 @@ impl<'a> Checker<'a> {
             Some((scope, item)) if matches!(item.kind, ItemKind::Axis { .. }) => {
                 self.named_by(scope, item, span)
             }
-            _ => Named { name, axis: None, span },
+            _ => Named { name, axis: None, lost: false, span },
         }
     }
 
@@ -48,7 +52,7 @@ impl<'a> Checker<'a> {
             unreachable!("only axes are named")
         };
         let axis = self.declared_axis(scope, (name, fields), values);
-        Named { name: &name.value, axis, span }
+        Named { name: &name.value, axis, lost: axis.is_none(), span }
     }
 
     /// The axis that is named, among some: itself, or some of its coordinates.
@@ -59,7 +63,7 @@ impl<'a> Checker<'a> {
     ) -> Option<AxisId> {
         axes.into_iter().find(|axis| match named.axis {
             Some(own) => self.whole(*axis) == own,
-            None => self.spec.axis(*axis).name == named.name,
+            None => !named.lost && self.spec.axis(*axis).name == named.name,
         })
     }
 
@@ -73,7 +77,7 @@ impl<'a> Checker<'a> {
         (axes, dims): (&BTreeSet<AxisId>, &[String]),
         (message, label): (String, &str),
     ) {
-        if self.lost_axis(named.name) {
+        if named.lost || self.lost_axis(named.name) {
             return;
         }
         let other = axes.iter().find(|axis| self.spec.axis(**axis).name == named.name);
