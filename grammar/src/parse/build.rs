@@ -1,5 +1,7 @@
 //! pest's pairs to the syntax tree.
 
+use std::borrow::Cow;
+
 use super::{Rule, span};
 use crate::ast::{AxisExpr, BinaryOp, Expr, ExprKind, ItemKind, LetParam, Name, TyExpr};
 use crate::{Code, Diagnostic, Span, Spanned};
@@ -164,20 +166,24 @@ impl<'d> Build<'d> {
 
     /// - `depth`: how many expressions lie around this one.
     fn expr(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
-        let span = self.span(&pair);
-        let parts: Vec<_> = Parts::of(pair).collect();
+        let mut parts = Parts::of(pair.clone());
+        let n = parts.n_left();
         // A chain of operators leans to the left, so that it is as deep as it is long.
-        let depth = depth + parts.len() / 2 + 1;
+        let depth = depth + n / 2 + 1;
         if depth > DEEPEST {
-            return self.too_deep(span);
+            return self.too_deep(self.span(&pair));
         }
-        let (mut operands, mut ops) = (Vec::new(), Vec::<Spanned<BinaryOp>>::new());
+        let first = self.term(parts.part(), depth);
+        if n == 1 {
+            return first;
+        }
+        let (mut operands, mut ops) = (vec![first], Vec::<Spanned<BinaryOp>>::new());
         for part in parts {
             if part.as_rule() == Rule::term {
                 operands.push(self.term(part, depth));
                 continue;
             }
-            let op = Spanned { value: binary_op(part.as_str()), span: self.span(&part) };
+            let op = Spanned { value: binary_op(part.as_str()), span: self.token(&part) };
             while ops.last().is_some_and(|last| binds(last.value) >= binds(op.value)) {
                 reduce(&mut operands, &mut ops);
             }
@@ -190,58 +196,68 @@ impl<'d> Build<'d> {
     }
 
     fn term(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
-        let span = self.span(&pair);
-        let mut parts: Vec<_> = Parts::of(pair).collect();
-        let depth = depth + parts.len();
+        let mut parts = Parts::of(pair.clone());
+        let depth = depth + parts.n_left();
         if depth > DEEPEST {
-            return self.too_deep(span);
+            return self.too_deep(self.span(&pair));
         }
-        let primary = parts.iter().position(|part| part.as_rule() != Rule::minus);
-        let postfixes = parts.split_off(primary.expect("a term has a primary") + 1);
-        let primary = parts.pop().expect("the primary is the last that is left");
-        let mut minuses = parts;
-        let mut expr = if matches!(primary.as_rule(), Rule::int | Rule::float) {
+        let mut minuses = Vec::new();
+        let mut primary = parts.part();
+        while primary.as_rule() == Rule::minus {
+            minuses.push(self.token(&primary));
+            primary = parts.part();
+        }
+        let mut expr = if primary.as_rule() == Rule::number {
             self.number(&primary, minuses.pop())
         } else {
             self.primary(primary, depth)
         };
-        for postfix in postfixes {
-            let span = expr.span.to(self.span(&postfix));
-            let (base, rule) = (Box::new(expr), postfix.as_rule());
-            let mut parts = Parts::of(postfix);
-            let kind = if rule == Rule::field {
-                ExprKind::Field { base, name: self.name(&parts.part()) }
-            } else {
-                ExprKind::Select { base, at: parts.map(|at| self.named_value(at, depth)).collect() }
-            };
-            expr = Expr { kind, span };
+        for postfix in parts {
+            expr = self.postfix(expr, postfix, depth);
         }
-        for minus in minuses.iter().rev() {
-            let span = self.span(minus).to(expr.span);
+        for minus in minuses.into_iter().rev() {
+            let span = minus.to(expr.span);
             expr = Expr { kind: ExprKind::Negate(Box::new(expr)), span };
         }
         expr
     }
 
-    /// A literal number, with the minus before it.
-    fn number(&mut self, pair: &Pair<'_>, minus: Option<Pair<'_>>) -> Expr {
-        let mut span = self.span(pair);
-        let mut digits = pair.as_str().replace('_', "");
-        if let Some(minus) = minus {
-            span = self.span(&minus).to(span);
-            digits.insert(0, '-');
+    /// `.name` or `[axis: label]` behind `base`.
+    fn postfix(&mut self, base: Expr, pair: Pair<'_>, depth: usize) -> Expr {
+        let (span, rule) = (base.span, pair.as_rule());
+        let (base, mut parts) = (Box::new(base), Parts::of(pair));
+        if rule == Rule::field {
+            let name = self.name(&parts.part());
+            return Expr { span: span.to(name.span), kind: ExprKind::Field { base, name } };
         }
-        let (kind, limits) = if pair.as_rule() == Rule::int {
-            let limits = format!("an `Int` lies from {} to {}", i64::MIN, i64::MAX);
-            (digits.parse().ok().map(ExprKind::Int), limits)
+        let at = self.each(&mut parts, |build, at| build.named_value(at, depth));
+        let span = Span { end: self.place(parts.closed), ..span };
+        Expr { kind: ExprKind::Select { base, at }, span }
+    }
+
+    /// A literal number, with the minus before it.
+    fn number(&mut self, pair: &Pair<'_>, minus: Option<Span>) -> Expr {
+        let (mut span, written) = (self.token(pair), pair.as_str());
+        let mut digits = Cow::Borrowed(written);
+        if written.contains('_') {
+            digits = written.replace('_', "").into();
+        }
+        if let Some(minus) = minus {
+            span = minus.to(span);
+            digits.to_mut().insert(0, '-');
+        }
+        let whole = written.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_');
+        let kind = if whole {
+            digits.parse().ok().map(ExprKind::Int)
         } else {
-            let value: Option<f64> = digits.parse().ok().filter(|value: &f64| value.is_finite());
-            (
-                value.map(ExprKind::Float),
-                format!("a `Float` lies from {:e} to {:e}", f64::MIN, f64::MAX),
-            )
+            digits.parse().ok().filter(|value: &f64| value.is_finite()).map(ExprKind::Float)
         };
         let kind = kind.unwrap_or_else(|| {
+            let limits = if whole {
+                format!("an `Int` lies from {} to {}", i64::MIN, i64::MAX)
+            } else {
+                format!("a `Float` lies from {:e} to {:e}", f64::MIN, f64::MAX)
+            };
             let fault = Diagnostic::new(Code::Number, span, "the number is too large", "too large");
             self.diagnostics.push(fault.help(limits));
             ExprKind::Junk
@@ -250,40 +266,43 @@ impl<'d> Build<'d> {
     }
 
     fn primary(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
-        let span = self.span(&pair);
-        let kind = match pair.as_rule() {
-            Rule::bool => ExprKind::Bool(pair.as_str() == "true"),
-            Rule::string => ExprKind::Str(self.string(&pair).value),
+        let token = self.token(&pair);
+        let (kind, end) = match pair.as_rule() {
+            Rule::bool => (ExprKind::Bool(pair.as_str() == "true"), token.end),
+            Rule::string => (ExprKind::Str(self.string(&pair).value), token.end),
             Rule::list => {
-                ExprKind::List(Parts::of(pair).map(|element| self.expr(element, depth)).collect())
+                let mut parts = Parts::of(pair);
+                let items = self.each(&mut parts, |build, item| build.expr(item, depth));
+                (ExprKind::List(items), self.place(parts.closed))
             }
             Rule::parens => {
+                let mut parts = Parts::of(pair);
                 let mut fields: Vec<_> =
-                    Parts::of(pair).map(|field| self.arg(field, depth)).collect();
+                    parts.by_ref().map(|field| self.arg(field, depth)).collect();
+                let end = self.place(parts.closed);
                 if let [(None, _)] = &fields[..] {
                     let (_, inner) = fields.pop().expect("there is one");
-                    return Expr { span, ..inner };
+                    return Expr { span: Span { end, ..token }, ..inner };
                 }
-                ExprKind::Record(fields)
+                (ExprKind::Record(fields), end)
             }
             Rule::matching => self.matching(pair, depth),
             Rule::named => {
                 let mut parts = Parts::of(pair);
                 let name = self.name(&parts.part());
-                match parts.next() {
-                    Some(args) => {
-                        let args = Parts::of(args).map(|arg| self.arg(arg, depth)).collect();
-                        ExprKind::Call { name, args }
-                    }
-                    None => ExprKind::Name(name.value),
+                let args = self.each(&mut parts, |build, arg| build.arg(arg, depth));
+                if parts.closed == 0 {
+                    return Expr { span: name.span, kind: ExprKind::Name(name.value) };
                 }
+                (ExprKind::Call { name, args }, self.place(parts.closed))
             }
             other => unreachable!("{other:?} is not a primary expression"),
         };
-        Expr { kind, span }
+        Expr { kind, span: Span { end, ..token } }
     }
 
-    fn matching(&mut self, pair: Pair<'_>, depth: usize) -> ExprKind {
+    /// A match, and where it ends.
+    fn matching(&mut self, pair: Pair<'_>, depth: usize) -> (ExprKind, u32) {
         let mut parts = Parts::of(pair);
         let name = parts.part();
         let span = self.span(&name);
@@ -293,14 +312,14 @@ impl<'d> Build<'d> {
             let name = self.name(&Parts::of(field).part());
             axis = Expr { kind: ExprKind::Field { base: Box::new(axis), name }, span };
         }
-        let arms = parts.map(|arm| {
+        let arms = parts.by_ref().map(|arm| {
             let mut parts = Parts::of(arm);
             let label = parts.part();
             let label = if label.as_rule() == Rule::string {
                 self.string(&label)
             } else {
                 let (number, minus) = if label.as_rule() == Rule::minus {
-                    (parts.part(), Some(label))
+                    (parts.part(), Some(self.token(&label)))
                 } else {
                     (label, None)
                 };
@@ -315,7 +334,19 @@ impl<'d> Build<'d> {
             (label, self.expr(parts.part(), depth))
         });
         let arms = arms.collect();
-        ExprKind::Match { axis: Box::new(axis), arms }
+        (ExprKind::Match { axis: Box::new(axis), arms }, self.place(parts.closed))
+    }
+
+    /// What `read` makes of each of the parts that are left.
+    fn each<T>(
+        &mut self,
+        parts: &mut Parts<'_>,
+        read: impl Fn(&mut Self, Pair<'_>) -> T,
+    ) -> Vec<T> {
+        // Behind each stands a comma or the bracket that closes.
+        let mut all = Vec::with_capacity(parts.pairs.len() / 2);
+        all.extend(parts.map(|part| read(self, part)));
+        all
     }
 
     fn arg(&mut self, pair: Pair<'_>, depth: usize) -> (Option<Name>, Expr) {
@@ -335,22 +366,14 @@ impl<'d> Build<'d> {
     }
 
     fn name(&self, pair: &Pair<'_>) -> Name {
-        Name { value: pair.as_str().to_owned(), span: self.span(pair) }
+        Name { value: pair.as_str().to_owned(), span: self.token(pair) }
     }
 
     fn string(&self, pair: &Pair<'_>) -> Spanned<String> {
         let quoted = pair.as_str();
-        let mut value = String::new();
-        let mut chars = quoted[1..quoted.len() - 1].chars();
-        while let Some(c) = chars.next() {
-            value.push(match (c, if c == '\\' { chars.next() } else { None }) {
-                (_, Some('n')) => '\n',
-                (_, Some('t')) => '\t',
-                (_, Some(escaped)) => escaped,
-                (plain, None) => plain,
-            });
-        }
-        Spanned { value, span: self.span(pair) }
+        let inner = &quoted[1..quoted.len() - 1];
+        let value = if inner.contains('\\') { unescaped(inner) } else { inner.to_owned() };
+        Spanned { value, span: self.token(pair) }
     }
 
     fn too_deep(&mut self, span: Span) -> Expr {
@@ -361,37 +384,55 @@ impl<'d> Build<'d> {
         Expr { kind: ExprKind::Junk, span }
     }
 
+    /// From the first token of a pair to its last.
     fn span(&self, pair: &Pair<'_>) -> Span {
         span(self.file, self.base + pair.as_span().start(), self.base + end(pair))
     }
+
+    /// Where a pair stands that is one token, or begins with one: the gap behind its last is in it.
+    fn token(&self, pair: &Pair<'_>) -> Span {
+        let place = pair.as_span();
+        span(self.file, self.base + place.start(), self.base + place.end())
+    }
+
+    /// A place in the file.
+    fn place(&self, place: usize) -> u32 {
+        span(self.file, self.base, self.base + place).end
+    }
 }
 
-/// The byte after the last token of `pair`; pest's own span goes on over blanks where a repetition
-/// or option at its end matched nothing.
+/// The byte after the last token of `pair`: its own span goes on over the gap behind that.
 pub(super) fn end(pair: &Pair<'_>) -> usize {
-    let text = pair.as_str();
-    let line = text.rfind('\n').map_or(text, |newline| &text[newline..]);
-    if !text.ends_with(|c: char| c.is_ascii_whitespace()) && !line.contains("//") {
-        return pair.as_span().end();
-    }
     let mut last = pair.clone();
-    while let Some(inner) = last.clone().into_inner().next_back() {
+    while let Some(inner) = last.clone().into_inner().rfind(|pair| pair.as_rule() != Rule::line) {
         last = inner;
     }
     last.as_span().end()
 }
 
 /// The parts of a pair that mean something: no punctuation.
-struct Parts<'t>(std::iter::Filter<pest::iterators::Pairs<'t, Rule>, fn(&Pair<'t>) -> bool>);
+struct Parts<'t> {
+    pairs: pest::iterators::Pairs<'t, Rule>,
+    /// Where the last closing bracket ended that was passed over; 0 before.
+    closed: usize,
+}
 
 impl<'t> Parts<'t> {
     fn of(pair: Pair<'t>) -> Self {
-        Self(pair.into_inner().filter(means_something))
+        Self { pairs: pair.into_inner(), closed: 0 }
     }
 
     /// The next part, where the grammar has one.
     fn part(&mut self) -> Pair<'t> {
         self.next().expect("the grammar has a part here")
+    }
+
+    /// How many parts there are still.
+    fn n_left(&self) -> usize {
+        match self.pairs.len() {
+            1 => 1,
+            _ => self.pairs.clone().filter(|pair| means_something(pair.as_rule())).count(),
+        }
     }
 }
 
@@ -399,14 +440,24 @@ impl<'t> Iterator for Parts<'t> {
     type Item = Pair<'t>;
 
     fn next(&mut self) -> Option<Pair<'t>> {
-        self.0.next()
+        loop {
+            let pair = self.pairs.next()?;
+            match pair.as_rule() {
+                Rule::rparen | Rule::rbracket | Rule::rbrace | Rule::rangle => {
+                    self.closed = pair.as_span().end();
+                }
+                rule if means_something(rule) => return Some(pair),
+                _ => {}
+            }
+        }
     }
 }
 
-fn means_something(pair: &Pair<'_>) -> bool {
+fn means_something(rule: Rule) -> bool {
     !matches!(
-        pair.as_rule(),
-        Rule::lparen
+        rule,
+        Rule::line
+            | Rule::lparen
             | Rule::rparen
             | Rule::lbracket
             | Rule::rbracket
@@ -424,6 +475,21 @@ fn means_something(pair: &Pair<'_>) -> bool {
             | Rule::within_word
             | Rule::from_word
     )
+}
+
+/// What stands between the quotes of a string, read.
+fn unescaped(inner: &str) -> String {
+    let mut value = String::with_capacity(inner.len());
+    let mut chars = inner.chars();
+    while let Some(c) = chars.next() {
+        value.push(match (c, if c == '\\' { chars.next() } else { None }) {
+            (_, Some('n')) => '\n',
+            (_, Some('t')) => '\t',
+            (_, Some(escaped)) => escaped,
+            (plain, None) => plain,
+        });
+    }
+    value
 }
 
 /// Joins the last two operands with the last operator.

@@ -302,8 +302,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::expr
         | Rule::term
         | Rule::minus
-        | Rule::float
-        | Rule::int
+        | Rule::number
         | Rule::bool
         | Rule::list
         | Rule::parens
@@ -356,12 +355,13 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         | Rule::params
         | Rule::postfix
         | Rule::fields
-        | Rule::args
         | Rule::select
         | Rule::field
         | Rule::letter
         | Rule::reserved
-        | Rule::WHITESPACE
-        | Rule::COMMENT => return None,
+        | Rule::unreserved
+        | Rule::plain
+        | Rule::gap
+        | Rule::line => return None,
     })
 }
