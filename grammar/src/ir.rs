@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{Labels, Lit};
+use ivx_op::{ByName, Labels, Lit};
 
 pub use desc::{Desc, widen};
 
@@ -142,7 +142,7 @@ pub struct Op {
     /// The operation.
     pub name: String,
     /// Its descriptions, complete.
-    pub args: BTreeMap<String, Desc>,
+    pub args: ByName<Desc>,
     /// Its artifacts, in the order of declaration.
     pub ports: Vec<(String, Vec<Feed>)>,
     /// Whether it draws random numbers.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{ArgDecl, ArgKind, Decl, Lit, Role, Ty};
+use ivx_op::{ArgDecl, ArgKind, ByName, Decl, Lit, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -147,7 +147,7 @@ impl<'a> Checker<'a> {
         args: &[(&'a ArgDecl, Option<&'a ast::Expr>)],
         span: Span,
     ) -> Val {
-        let mut descs = BTreeMap::new();
+        let mut descs = ByName::new();
         let mut sound = true;
         for (arg, given) in args {
             let desc = match (&arg.kind, given) {

@@ -1,8 +1,8 @@
 //! Claims: comparisons of two sides that vary over the same.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use ivx_op::{Artifact, Lit, Ty, Verdict};
+use ivx_op::{Artifact, ByName, Lit, Ty, Verdict};
 
 use super::Checker;
 use super::expr::At;
@@ -60,7 +60,7 @@ impl<'a> Checker<'a> {
         let seeds = [left.id, right.id].map(|side| self.n_seeds(side));
         let seeds = seeds.into_iter().filter(|n| *n > 0).min().unwrap_or(0);
         let seeds = i64::try_from(seeds).expect("axes are bounded");
-        let args = BTreeMap::from([
+        let args = ByName::from([
             ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
             ("confidence".to_owned(), Desc::Lit(Lit::Real(0.95))),
             ("within".to_owned(), Desc::Lit(Lit::Real(within))),

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use ivx_op::{Array, Artifact, Lit, Ty};
+use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
 use super::value::{Fit, Val, coerce, fit, join, nothing};
@@ -235,7 +235,7 @@ impl<'a> Checker<'a> {
         match self.expr(at, inner) {
             Val::Poison => Val::Poison,
             Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => {
-                self.builtin(at, "neg", BTreeMap::new(), vec![("x", id)], inner.span)
+                self.builtin(at, "neg", ByName::new(), vec![("x", id)], inner.span)
             }
             Val::Desc(desc, ty @ (Ty::Int | Ty::Float)) => {
                 let zero = Desc::Lit(if ty == Ty::Int { Lit::Int(0) } else { Lit::Real(0.0) });
@@ -314,7 +314,7 @@ impl<'a> Checker<'a> {
                 None => return Val::Poison,
             }
         }
-        self.builtin(at, name, BTreeMap::new(), ports, a_span.to(b_span))
+        self.builtin(at, name, ByName::new(), ports, a_span.to(b_span))
     }
 
     fn arithmetic(&mut self, op: BinaryOp, a: Desc, b: Desc, ty: Ty, span: Span) -> Val {
@@ -363,7 +363,7 @@ impl<'a> Checker<'a> {
         &mut self,
         at: &At,
         name: &str,
-        args: BTreeMap<String, Desc>,
+        args: ByName<Desc>,
         ports: Vec<(&str, ExprId)>,
         span: Span,
     ) -> Val {

@@ -1,8 +1,8 @@
 //! What the descriptions of an operation ask for: members, and random numbers.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use ivx_op::{ArgKind, Lit};
+use ivx_op::{ArgKind, ByName, Lit};
 
 use super::Checker;
 use crate::ir::{AxisId, Desc};
@@ -14,7 +14,7 @@ impl Checker<'_> {
     /// - `own`: how many members the operation itself asks for.
     pub(super) fn members_of(
         &mut self,
-        descs: &BTreeMap<String, Desc>,
+        descs: &ByName<Desc>,
         own: Option<&Desc>,
         span: Span,
     ) -> Result<Option<AxisId>, ()> {

@@ -1,8 +1,8 @@
 //! Operations: ports, axes, dimensions, members and seeds.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use ivx_op::{ArgDecl, ArgKind, Array, Artifact, Decl, Dims, Gather, Lit, OutDecl, Port};
+use ivx_op::{ArgDecl, ArgKind, Array, Artifact, ByName, Decl, Dims, Gather, Lit, OutDecl, Port};
 
 use super::Checker;
 use super::expr::At;
@@ -24,7 +24,7 @@ pub(super) struct Fed<'a> {
 /// The arguments of an operation.
 #[derive(Default)]
 struct Given<'a> {
-    descs: BTreeMap<String, Desc>,
+    descs: ByName<Desc>,
     fed: Vec<Fed<'a>>,
     /// The axes that each axis argument names.
     named: Vec<(&'a ArgDecl, Vec<Named<'a>>)>,

@@ -1,6 +1,6 @@
 //! Published numbers: files beside a spec.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use ivx_op::{Dim, Labels, Lit, read_published};
 
@@ -69,8 +69,7 @@ impl<'a> Checker<'a> {
             ("values", Lit::from(numbers.iter().map(|x| x.unwrap_or(0.0)).collect::<Vec<_>>())),
             ("missing", Lit::from(missing.map(|(place, _)| place).collect::<Vec<_>>())),
         ];
-        let args: BTreeMap<_, _> =
-            args.into_iter().map(|(name, lit)| (name.to_owned(), Desc::Lit(lit))).collect();
+        let args = args.into_iter().map(|(name, lit)| (name.to_owned(), Desc::Lit(lit))).collect();
         let known = found.dims.clone();
         let value = self.builtin(at, "published", args, Vec::new(), path.span);
         if let Val::Artifact(id) = value {

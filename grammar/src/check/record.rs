@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgKind, Role, Ty};
+use ivx_op::{ArgKind, ByName, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -85,7 +85,7 @@ impl<'a> Checker<'a> {
         let feed = Feed::one(record);
         let op = Op {
             name: FIELD.to_owned(),
-            args: BTreeMap::from([("name".to_owned(), Desc::Lit(field.name.into()))]),
+            args: ByName::from([("name".to_owned(), Desc::Lit(field.name.into()))]),
             ports: vec![("record".to_owned(), vec![feed])],
             stochastic: false,
         };

@@ -1,8 +1,6 @@
 //! Selection: `x[ke: "WCM"]`, along axes and along dimensions.
 
-use std::collections::BTreeMap;
-
-use ivx_op::{Array, Artifact, Lit, Ty};
+use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -210,7 +208,7 @@ impl<'a> Checker<'a> {
             let message = format!("label {} is selected twice", again.1);
             return self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
         }
-        let args = BTreeMap::from([
+        let args = ByName::from([
             ("dim".to_owned(), Desc::Lit(dim.into())),
             ("at".to_owned(), Desc::Lit(Lit::List(labels.clone()))),
             ("keep".to_owned(), Desc::Lit(Lit::Bool(!one))),

@@ -72,13 +72,13 @@ pub(super) fn coerce(desc: Desc, fit: Fit, ty: &Ty) -> Desc {
 
 /// The record of some fields that are descriptions.
 pub(super) fn record(fields: impl Iterator<Item = (String, Val)>) -> Val {
-    let (mut args, mut types) = (BTreeMap::new(), BTreeMap::new());
+    let (mut args, mut types) = (Vec::new(), BTreeMap::new());
     for (name, value) in fields {
         let Val::Desc(desc, ty) = value else { return Val::Poison };
-        args.insert(name.clone(), desc);
+        args.push((name.clone(), desc));
         types.insert(name, ty);
     }
-    Val::Desc(fold(Desc::Part(String::new(), args)), Ty::Record(types))
+    Val::Desc(fold(Desc::Part(String::new(), args.into_iter().collect())), Ty::Record(types))
 }
 
 /// Whether a value is a record of descriptions.

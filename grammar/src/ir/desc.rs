@@ -1,9 +1,9 @@
 //! Descriptions: plain data that may vary over axes, and what they are at a place.
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use ivx_op::{Args, Held, Lit, Part, Ty};
+use ivx_op::{Args, ByName, Held, Lit, Part, Ty};
 
 use super::{Axis, AxisId, Place};
 use crate::ast::BinaryOp;
@@ -18,7 +18,7 @@ pub enum Desc {
     /// A list.
     List(Vec<Desc>),
     /// A part; without a name, a record.
-    Part(String, BTreeMap<String, Desc>),
+    Part(String, ByName<Desc>),
     /// The field of a record.
     Field(Box<Desc>, String),
     /// One description for each coordinate of an axis, in its order.

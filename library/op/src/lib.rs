@@ -6,6 +6,7 @@
 mod arg;
 mod array;
 mod artifact;
+mod by_name;
 mod decl;
 mod declare;
 mod lit;
@@ -22,6 +23,7 @@ pub use arg::{
 };
 pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, distance, kind_of};
+pub use by_name::ByName;
 pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
 pub use declare::field_name;
 pub use lit::{Args, Held, Lit, Part};

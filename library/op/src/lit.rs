@@ -1,10 +1,9 @@
 //! Descriptions: the plain data that a spec writes down.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::Gathered;
+use crate::{ByName, Gathered};
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +43,7 @@ pub struct Part {
 }
 
 /// Arguments in name order; the order of writing never reaches a key.
-pub type Args = BTreeMap<String, Lit>;
+pub type Args = ByName<Lit>;
 
 impl Part {
     /// A part with no arguments given.
