@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
                     self.axis(0, (name, fields), values);
                 }
                 ItemKind::Let { name, params: None, .. }
-                    if !self.used.contains(&(0, name.value.clone())) =>
+                    if !self.is_used(0, name) =>
                 {
                     self.name(&At::new(0, name.value.clone()), &name.value, name.span);
                 }

@@ -7,7 +7,7 @@ use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
 use super::value::{Fit, Val, coerce, fit, join, nothing};
-use crate::ast::{self, BinaryOp, ExprKind, ItemKind};
+use crate::ast::{self, BinaryOp, ExprKind, Item, ItemKind, Name};
 use crate::ir::{Desc, Expr, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, ir, suggest};
 
@@ -17,7 +17,6 @@ const MAX_STEPS: usize = 5_000_000;
 const MAX_DEPTH: usize = 400;
 
 /// Where an expression stands.
-#[derive(Clone)]
 pub(super) struct At {
     /// The scope that its names belong to.
     pub(super) scope: usize,
@@ -35,7 +34,12 @@ impl At {
 
     /// Inside the expression at `self`.
     pub(super) fn inside(&self, name: &str) -> Self {
-        Self { address: format!("{}/{name}", self.address), ..self.clone() }
+        Self { scope: self.scope, locals: Rc::clone(&self.locals), address: self.address_of(name) }
+    }
+
+    /// What something inside the expression at `self` is called.
+    pub(super) fn address_of(&self, name: &str) -> String {
+        [&self.address, "/", name].concat()
     }
 }
 
@@ -77,10 +81,7 @@ impl<'a> Checker<'a> {
             ExprKind::Float(x) => Val::lit(Lit::Real(*x), Ty::Float),
             ExprKind::Str(s) => Val::lit(Lit::Text(s.clone()), Ty::Str),
             ExprKind::List(items) => self.list(at, items, expr.span),
-            ExprKind::Name(name) => {
-                self.uses(at, name);
-                self.name(at, name, expr.span)
-            }
+            ExprKind::Name(name) => self.used_name(at, name, expr.span),
             ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
             ExprKind::Select { base, at: selected } => self.select(at, base, selected),
             ExprKind::Record(fields) => self.record(at, fields, expr.span),
@@ -95,8 +96,32 @@ impl<'a> Checker<'a> {
     /// Notes that an expression uses a name.
     pub(super) fn uses(&mut self, at: &At, name: &str) {
         let found = self.scopes.find(at.scope, name).filter(|_| !at.locals.contains_key(name));
-        let declared = found.and_then(|(scope, item)| Some((scope, super::scope::name_of(item)?)));
-        self.used.extend(declared.map(|(scope, name)| (scope, name.value.clone())));
+        let declared = found.and_then(|(_, item)| super::scope::name_of(item));
+        self.used.extend(declared.map(|name| name.span));
+    }
+
+    /// Whether an expression used what `scope` declares by a name.
+    pub(super) fn is_used(&self, scope: usize, name: &Name) -> bool {
+        let item = self.scopes.all[scope].names.get(name.value.as_str());
+        let declared = item.and_then(|item| super::scope::name_of(item));
+        declared.is_some_and(|name| self.used.contains(&name.span))
+    }
+
+    /// Whether a name is being evaluated.
+    pub(super) fn is_active(&self, declared: &Name) -> bool {
+        self.active.iter().any(|active| active.span == declared.span)
+    }
+
+    /// What a name in an expression stands for.
+    fn used_name(&mut self, at: &At, name: &str, span: Span) -> Val {
+        if let Some(local) = at.locals.get(name) {
+            return local.clone();
+        }
+        let Some((scope, item)) = self.scopes.find(at.scope, name) else {
+            return self.unknown_name(at, name, span);
+        };
+        self.used.extend(super::scope::name_of(item).map(|name| name.span));
+        self.item(scope, item, name, span)
     }
 
     /// What a name stands for.
@@ -104,34 +129,37 @@ impl<'a> Checker<'a> {
         if let Some(local) = at.locals.get(name) {
             return local.clone();
         }
-        let Some((scope, item)) = self.scopes.find(at.scope, name) else {
-            if self.scopes.lost(at.scope, name) {
-                return Val::Poison;
-            }
-            // What is being defined cannot be meant.
-            let known = self.scopes.known(at.scope).into_iter();
-            let known = known.filter(|known| !self.active.iter().any(|(_, own)| own == known));
-            let help = suggest(name, known.chain(at.locals.keys().map(String::as_str)));
-            let fault = Diagnostic::new(
-                Code::UnknownName,
-                span,
-                format!("`{name}` is not known here"),
-                "unknown name",
-            );
-            return self.fault(fault.maybe_help(help));
-        };
+        match self.scopes.find(at.scope, name) {
+            Some((scope, item)) => self.item(scope, item, name, span),
+            None => self.unknown_name(at, name, span),
+        }
+    }
+
+    fn unknown_name(&mut self, at: &At, name: &str, span: Span) -> Val {
+        if self.scopes.lost(at.scope, name) {
+            return Val::Poison;
+        }
+        // What is being defined cannot be meant.
+        let known = self.scopes.known(at.scope).into_iter();
+        let known = known.filter(|known| !self.active.iter().any(|own| own.value == *known));
+        let help = suggest(name, known.chain(at.locals.keys().map(String::as_str)));
+        let message = format!("`{name}` is not known here");
+        let fault = Diagnostic::new(Code::UnknownName, span, message, "unknown name");
+        self.fault(fault.maybe_help(help))
+    }
+
+    /// What an item stands for, which an expression calls `name`.
+    fn item(&mut self, scope: usize, item: &'a Item, name: &str, span: Span) -> Val {
         // An import may have given the name; what is declared is what counts.
-        let declared =
-            super::scope::name_of(item).map_or_else(|| name.to_owned(), |n| n.value.clone());
-        let id = (scope, declared.clone());
-        if let Some(known) = self.memo.get(&id) {
+        let declared = super::scope::name_of(item).expect("what is found has a name");
+        if let Some(known) = self.memo.get(&declared.span) {
             return known.clone();
         }
-        if self.active.contains(&id) {
-            return self.circle(&id, (name, span), item.span);
+        if self.is_active(declared) {
+            return self.circle(declared, (name, span), item.span);
         }
-        self.active.push(id.clone());
-        let inner = At::new(scope, format!("{}/{declared}", self.owner(scope)));
+        self.active.push(declared);
+        let inner = At::new(scope, format!("{}/{}", self.owner(scope), declared.value));
         let value = match &item.kind {
             ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
             ItemKind::Axis { name, fields, values } => self
@@ -154,22 +182,22 @@ impl<'a> Checker<'a> {
             _ => unreachable!("only these items have names"),
         };
         self.active.pop();
-        self.memo.insert(id, value.clone());
+        self.memo.insert(declared.span, value.clone());
         value
     }
 
     /// A fault: a name is needed to define it. Told once, wherever on the circle one begins.
     ///
-    /// - `id`: what is being defined.
+    /// - `declared`: what is being defined.
     /// - `first`: where its definition stands.
     pub(super) fn circle(
         &mut self,
-        id: &(usize, String),
+        declared: &Name,
         (name, span): (&str, Span),
         first: Span,
     ) -> Val {
-        let names = self.active.iter().skip_while(|active| *active != id).cloned().collect();
-        if !self.circles.insert(names) {
+        let circle = self.active.iter().map(|active| active.span);
+        if !self.circles.insert(circle.skip_while(|span| *span != declared.span).collect()) {
             return Val::Poison;
         }
         let message = format!("`{name}` is defined in terms of itself");
@@ -179,11 +207,8 @@ impl<'a> Checker<'a> {
 
     /// What the addresses of a scope's nodes begin with: the experiment at hand, also for what
     /// its file and other files declare.
-    fn owner(&self, scope: usize) -> String {
-        self.experiment.map_or_else(
-            || self.scopes.all[scope].name.clone(),
-            |e| self.scopes.all[e].name.clone(),
-        )
+    fn owner(&self, scope: usize) -> &str {
+        &self.scopes.all[self.experiment.unwrap_or(scope)].name
     }
 
     fn list(&mut self, at: &At, items: &'a [ast::Expr], span: Span) -> Val {
@@ -390,7 +415,7 @@ impl<'a> Checker<'a> {
         let op = ir::Op { name: name.to_owned(), args, ports, stochastic: false };
         let id = self.push(
             Expr {
-                address: at.inside(name).address,
+                address: at.address_of(name),
                 axes,
                 collected: BTreeSet::new(),
                 artifact: Array::KIND.to_owned(),

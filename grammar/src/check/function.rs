@@ -41,9 +41,8 @@ impl<'a> Checker<'a> {
         args: &'a Written<'a>,
         span: Span,
     ) -> Val {
-        let id = (scope, name.value.clone());
-        if self.active.contains(&id) {
-            return self.circle(&id, (&name.value, span), name.span);
+        if self.is_active(name) {
+            return self.circle(name, (&name.value, span), name.span);
         }
         let names: Vec<&str> = params.iter().map(|param| param.name.value.as_str()).collect();
         let Some(mut given) = self.place_args(&name.value, &names, args) else {
@@ -70,8 +69,8 @@ impl<'a> Checker<'a> {
             }
             locals.insert(param.name.value.clone(), value);
         }
-        self.active.push(id);
-        let inner = At { scope, locals: Rc::new(locals), address: at.inside(&name.value).address };
+        self.active.push(name);
+        let inner = At { scope, locals: Rc::new(locals), address: at.address_of(&name.value) };
         let value = self.expr(&inner, body);
         self.active.pop();
         value
@@ -143,7 +142,7 @@ impl<'a> Checker<'a> {
     pub(super) fn uncalled(&mut self, scope: usize) {
         for item in self.scopes.all[scope].items {
             let ItemKind::Let { name, params: Some(params), value } = &item.kind else { continue };
-            if self.used.contains(&(scope, name.value.clone())) {
+            if self.is_used(scope, name) {
                 continue;
             }
             let mut locals = BTreeMap::new();

@@ -23,11 +23,12 @@ impl Checker<'_> {
         for scope in self.scopes.experiments.clone() {
             for (name, item) in &self.scopes.all[scope].names {
                 let declares_value = !matches!(item.kind, ItemKind::Measure { .. });
+                let span = name_of(item).map_or(item.span, |name| name.span);
                 // What draws uses the seeds without naming them.
                 let seeds = *name == SEED && matches!(item.kind, ItemKind::Axis { .. });
-                let used = seeds || self.used.contains(&(scope, (*name).to_owned()));
+                let used = seeds || self.used.contains(&span);
                 if declares_value && !used {
-                    unused.push((name, name_of(item).map_or(item.span, |name| name.span)));
+                    unused.push((name, span));
                 }
             }
         }

@@ -32,9 +32,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ivx_op::{Lit, Registry};
 
-use crate::ast::Ast;
+use crate::ast::{Ast, Name};
 use crate::ir::{AxisId, ExprId, Groups, Spec};
-use crate::{Code, Diagnostic, Severity};
+use crate::{Code, Diagnostic, Severity, Span};
 
 use scope::Scopes;
 use value::Val;
@@ -185,12 +185,12 @@ struct Checker<'a> {
     wholes: BTreeMap<AxisId, AxisId>,
     /// Groups of coordinates by the axis and its field.
     groups: BTreeMap<(AxisId, String), Groups>,
-    /// Values of names in the experiment at hand.
-    memo: BTreeMap<(usize, String), Val>,
-    /// Names being evaluated.
-    active: Vec<(usize, String)>,
-    /// The names of each circle of definitions that was reported.
-    circles: BTreeSet<BTreeSet<(usize, String)>>,
+    /// Values of names in the experiment at hand, by where they are declared.
+    memo: BTreeMap<Span, Val>,
+    /// Names being evaluated, as declared.
+    active: Vec<&'a Name>,
+    /// The names of each circle of definitions that was reported, by where they are declared.
+    circles: BTreeSet<BTreeSet<Span>>,
     /// The `seed` axis of the experiment at hand.
     seed: Option<AxisId>,
     /// The `seed` axis of what no experiment uses: which seeds there are is not known.
@@ -198,11 +198,11 @@ struct Checker<'a> {
     /// The scope of the experiment at hand.
     experiment: Option<usize>,
     /// Figures and tables so far, by what they are and their names.
-    files: BTreeMap<(&'static str, String), crate::Span>,
-    /// Names that expressions used.
-    used: BTreeSet<(usize, String)>,
+    files: BTreeMap<(&'static str, String), Span>,
+    /// Names that expressions used, by where they are declared.
+    used: BTreeSet<Span>,
     /// Where each expression of the program stands.
-    spans: Vec<crate::Span>,
+    spans: Vec<Span>,
     /// The random numbers upstream of expressions, as far as they were asked for.
     drawn: Vec<drawn::Drawn>,
     /// Published numbers, by the file that names them and the path as written.
@@ -238,7 +238,7 @@ impl Checker<'_> {
     }
 
     /// Whether there is room for so many more values; says once if not.
-    fn room(&mut self, n: usize, span: crate::Span) -> bool {
+    fn room(&mut self, n: usize, span: Span) -> bool {
         self.n_values = self.n_values.saturating_add(n);
         if self.n_values > MAX_VALUES && !std::mem::replace(&mut self.too_large, true) {
             let message = format!("the lists, parts and axes hold more than {MAX_VALUES} values");
@@ -259,7 +259,7 @@ impl Checker<'_> {
     }
 
     /// Says once that the program is too large.
-    fn outgrown(&mut self, message: String, span: crate::Span) {
+    fn outgrown(&mut self, message: String, span: Span) {
         let fault = Diagnostic::new(Code::TooLarge, span, message, "too large");
         if !std::mem::replace(&mut self.too_large, true) {
             self.fault(fault);
@@ -267,7 +267,7 @@ impl Checker<'_> {
     }
 
     /// Says once that the program has more nodes, or an axis more coordinates, than asked for.
-    fn too_many(&mut self, message: String, span: crate::Span) {
+    fn too_many(&mut self, message: String, span: Span) {
         let label = format!("at most {} can be run", self.max_nodes);
         let fault = Diagnostic::new(Code::TooLarge, span, message, label);
         if !std::mem::replace(&mut self.too_large, true) {

@@ -91,7 +91,7 @@ impl<'a> Checker<'a> {
         };
         Val::Artifact(self.push(
             Expr {
-                address: at.inside(field.name).address,
+                address: at.address_of(field.name),
                 axes,
                 collected,
                 artifact: field.artifact.to_owned(),
@@ -140,7 +140,7 @@ impl<'a> Checker<'a> {
                 Diagnostic::new(Code::UnknownName, name.span, message, "not declared there");
             return self.fault(fault.maybe_help(help));
         }
-        self.used.insert((scope, name.value.clone()));
+        self.uses(&At::new(scope, String::new()), &name.value);
         self.name(&At::new(scope, String::new()), &name.value, name.span)
     }
 

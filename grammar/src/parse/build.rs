@@ -166,12 +166,12 @@ impl<'d> Build<'d> {
 
     /// - `depth`: how many expressions lie around this one.
     fn expr(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
-        let mut parts = Parts::of(pair.clone());
+        let (whole, mut parts) = (pair.clone(), Parts::of(pair));
         let n = parts.n_left();
         // A chain of operators leans to the left, so that it is as deep as it is long.
         let depth = depth + n / 2 + 1;
         if depth > DEEPEST {
-            return self.too_deep(self.span(&pair));
+            return self.too_deep(self.span(&whole));
         }
         let first = self.term(parts.part(), depth);
         if n == 1 {
@@ -196,10 +196,10 @@ impl<'d> Build<'d> {
     }
 
     fn term(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
-        let mut parts = Parts::of(pair.clone());
+        let (whole, mut parts) = (pair.clone(), Parts::of(pair));
         let depth = depth + parts.n_left();
         if depth > DEEPEST {
-            return self.too_deep(self.span(&pair));
+            return self.too_deep(self.span(&whole));
         }
         let mut minuses = Vec::new();
         let mut primary = parts.part();
