@@ -2,6 +2,7 @@
 
 mod build;
 mod fault;
+mod parts;
 pub(crate) mod scan;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -174,7 +175,7 @@ impl Reader<'_> {
         }
         let slice = floor(&self.text[start..], LONGEST);
         let parsed = Ivx::parse(Rule::whole, slice).map(only);
-        let reached = parsed.as_ref().map_or_else(fault::place, build::end);
+        let reached = parsed.as_ref().map_or_else(fault::place, parts::end);
         if start + slice.len() < self.text.len() && reached == slice.len() {
             let message = format!("this `{word}` is longer than 256 KiB");
             let fault = Fault::plain(self.text, start, message);
@@ -187,9 +188,9 @@ impl Reader<'_> {
     }
 
     /// The tree of a parsed item; nothing if it is the edition.
-    fn built(&mut self, pair: build::Pair<'_>, block: Option<Block>, first: bool) -> Option<Item> {
+    fn built(&mut self, pair: parts::Pair<'_>, block: Option<Block>, first: bool) -> Option<Item> {
         let start = self.pos;
-        self.pos += build::end(&pair);
+        self.pos += parts::end(&pair);
         self.stray_docs(start, self.pos);
         let span = self.span(start, self.pos);
         let built = Build::new(self.file, start, &mut self.diagnostics).item(pair);
@@ -224,7 +225,7 @@ impl Reader<'_> {
         // The item may be whole, and what stands behind it wrong.
         if let Ok(pairs) = Ivx::parse(Rule::alone, good) {
             let pair = only(pairs);
-            let gap = scan::gap(self.text, start + build::end(&pair));
+            let gap = scan::gap(self.text, start + parts::end(&pair));
             if gap.next > start + slice.len() {
                 // The slice ends in comments.
                 return self.built(pair, block, first);
@@ -271,7 +272,7 @@ impl Reader<'_> {
         let (name, head) = match parsed {
             Ok(pairs) => {
                 let pair = only(pairs);
-                let head = start + build::end(&pair);
+                let head = start + parts::end(&pair);
                 let name = Build::new(self.file, start, &mut self.diagnostics).only_name(pair);
                 (Some(name), head)
             }
@@ -398,7 +399,7 @@ fn span(file: u32, start: usize, end: usize) -> Span {
 }
 
 /// The item or head within `whole`, `alone` or `begun`.
-fn only(mut pairs: pest::iterators::Pairs<'_, Rule>) -> build::Pair<'_> {
+fn only(mut pairs: pest::iterators::Pairs<'_, Rule>) -> parts::Pair<'_> {
     let inner = pairs.next().and_then(|outer| outer.into_inner().next());
     inner.expect("the rule holds an item")
 }

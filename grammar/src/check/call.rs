@@ -1,7 +1,5 @@
 //! Calls: functions of the spec, parts and operations.
 
-use std::collections::BTreeMap;
-
 use ivx_op::{ArgDecl, ArgKind, ByName, Decl, Lit, Role, Ty};
 
 use super::Checker;
@@ -75,11 +73,10 @@ impl<'a> Checker<'a> {
         args: &'a Written<'a>,
     ) -> Option<Vec<Option<&'a ast::Expr>>> {
         let mut placed: Vec<Option<&'a ast::Expr>> = vec![None; names.len()];
-        let places: BTreeMap<&str, usize> = names.iter().copied().zip(0..).collect();
         let mut sound = true;
         for (i, (name, expr)) in args.iter().enumerate() {
             let place = match name {
-                Some(name) => places.get(name.value.as_str()).copied(),
+                Some(name) => names.iter().position(|own| *own == name.value),
                 None => Some(i).filter(|i| *i < names.len()),
             };
             let span = name.as_ref().map_or(expr.span, |name| name.span);

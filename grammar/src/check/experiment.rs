@@ -40,9 +40,7 @@ impl<'a> Checker<'a> {
                 ItemKind::Axis { name, fields, values } => {
                     self.axis(0, (name, fields), values);
                 }
-                ItemKind::Let { name, params: None, .. }
-                    if !self.is_used(0, name) =>
-                {
+                ItemKind::Let { name, params: None, .. } if !self.is_used(0, name) => {
                     self.name(&At::new(0, name.value.clone()), &name.value, name.span);
                 }
                 _ => {}

@@ -1,4 +1,4 @@
-//! Expressions: names, lists, arithmetic.
+//! Expressions: lists, arithmetic.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -7,9 +7,9 @@ use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
 use super::value::{Fit, Val, coerce, fit, join, nothing};
-use crate::ast::{self, BinaryOp, ExprKind, Item, ItemKind, Name};
+use crate::ast::{self, BinaryOp, ExprKind};
 use crate::ir::{Desc, Expr, ExprId, Feed};
-use crate::{Code, Diagnostic, Span, ir, suggest};
+use crate::{Code, Diagnostic, Span, ir};
 
 /// Most expressions evaluated for one program: functions that call others often end here.
 const MAX_STEPS: usize = 5_000_000;
@@ -91,124 +91,6 @@ impl<'a> Checker<'a> {
             ExprKind::Binary { .. } => self.binary(at, expr),
             ExprKind::Junk => Val::Poison,
         }
-    }
-
-    /// Notes that an expression uses a name.
-    pub(super) fn uses(&mut self, at: &At, name: &str) {
-        let found = self.scopes.find(at.scope, name).filter(|_| !at.locals.contains_key(name));
-        let declared = found.and_then(|(_, item)| super::scope::name_of(item));
-        self.used.extend(declared.map(|name| name.span));
-    }
-
-    /// Whether an expression used what `scope` declares by a name.
-    pub(super) fn is_used(&self, scope: usize, name: &Name) -> bool {
-        let item = self.scopes.all[scope].names.get(name.value.as_str());
-        let declared = item.and_then(|item| super::scope::name_of(item));
-        declared.is_some_and(|name| self.used.contains(&name.span))
-    }
-
-    /// Whether a name is being evaluated.
-    pub(super) fn is_active(&self, declared: &Name) -> bool {
-        self.active.iter().any(|active| active.span == declared.span)
-    }
-
-    /// What a name in an expression stands for.
-    fn used_name(&mut self, at: &At, name: &str, span: Span) -> Val {
-        if let Some(local) = at.locals.get(name) {
-            return local.clone();
-        }
-        let Some((scope, item)) = self.scopes.find(at.scope, name) else {
-            return self.unknown_name(at, name, span);
-        };
-        self.used.extend(super::scope::name_of(item).map(|name| name.span));
-        self.item(scope, item, name, span)
-    }
-
-    /// What a name stands for.
-    pub(super) fn name(&mut self, at: &At, name: &str, span: Span) -> Val {
-        if let Some(local) = at.locals.get(name) {
-            return local.clone();
-        }
-        match self.scopes.find(at.scope, name) {
-            Some((scope, item)) => self.item(scope, item, name, span),
-            None => self.unknown_name(at, name, span),
-        }
-    }
-
-    fn unknown_name(&mut self, at: &At, name: &str, span: Span) -> Val {
-        if self.scopes.lost(at.scope, name) {
-            return Val::Poison;
-        }
-        // What is being defined cannot be meant.
-        let known = self.scopes.known(at.scope).into_iter();
-        let known = known.filter(|known| !self.active.iter().any(|own| own.value == *known));
-        let help = suggest(name, known.chain(at.locals.keys().map(String::as_str)));
-        let message = format!("`{name}` is not known here");
-        let fault = Diagnostic::new(Code::UnknownName, span, message, "unknown name");
-        self.fault(fault.maybe_help(help))
-    }
-
-    /// What an item stands for, which an expression calls `name`.
-    fn item(&mut self, scope: usize, item: &'a Item, name: &str, span: Span) -> Val {
-        // An import may have given the name; what is declared is what counts.
-        let declared = super::scope::name_of(item).expect("what is found has a name");
-        if let Some(known) = self.memo.get(&declared.span) {
-            return known.clone();
-        }
-        if self.is_active(declared) {
-            return self.circle(declared, (name, span), item.span);
-        }
-        self.active.push(declared);
-        let inner = At::new(scope, format!("{}/{}", self.owner(scope), declared.value));
-        let value = match &item.kind {
-            ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
-            ItemKind::Axis { name, fields, values } => self
-                .declared_axis(scope, (name, fields), values)
-                .map_or(Val::Poison, |id| self.axis_value(id)),
-            ItemKind::Let { params: None, value, .. } | ItemKind::Measure { value, .. } => {
-                self.expr(&inner, value)
-            }
-            ItemKind::Published { path, .. } => self.published(&inner, scope, path, None),
-            ItemKind::Let { .. } => {
-                let message = format!("`{name}` is a function");
-                let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");
-                self.fault(fault.help(format!("write `{name}(...)`")))
-            }
-            ItemKind::Experiment { .. } => {
-                let message = format!("`{name}` is an experiment");
-                let fault = Diagnostic::new(Code::Kind, span, message, "not a value");
-                self.fault(fault.help(format!("write `{name}.` and a name that it declares")))
-            }
-            _ => unreachable!("only these items have names"),
-        };
-        self.active.pop();
-        self.memo.insert(declared.span, value.clone());
-        value
-    }
-
-    /// A fault: a name is needed to define it. Told once, wherever on the circle one begins.
-    ///
-    /// - `declared`: what is being defined.
-    /// - `first`: where its definition stands.
-    pub(super) fn circle(
-        &mut self,
-        declared: &Name,
-        (name, span): (&str, Span),
-        first: Span,
-    ) -> Val {
-        let circle = self.active.iter().map(|active| active.span);
-        if !self.circles.insert(circle.skip_while(|span| *span != declared.span).collect()) {
-            return Val::Poison;
-        }
-        let message = format!("`{name}` is defined in terms of itself");
-        let fault = Diagnostic::new(Code::Recursion, span, message, "again here");
-        self.fault(fault.also(first, "defined here"))
-    }
-
-    /// What the addresses of a scope's nodes begin with: the experiment at hand, also for what
-    /// its file and other files declare.
-    fn owner(&self, scope: usize) -> &str {
-        &self.scopes.all[self.experiment.unwrap_or(scope)].name
     }
 
     fn list(&mut self, at: &At, items: &'a [ast::Expr], span: Span) -> Val {

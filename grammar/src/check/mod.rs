@@ -16,6 +16,7 @@ mod gather;
 mod group;
 mod labels;
 mod lint;
+mod lookup;
 mod meet;
 mod member;
 mod named;

@@ -2,14 +2,13 @@
 
 use std::borrow::Cow;
 
+use super::parts::{Pair, Parts, end};
 use super::{Rule, span};
 use crate::ast::{AxisExpr, BinaryOp, Expr, ExprKind, ItemKind, LetParam, Name, TyExpr};
 use crate::{Code, Diagnostic, Span, Spanned};
 
 /// The deepest expression: later stages recurse over it.
 const DEEPEST: usize = 1000;
-
-pub(super) type Pair<'t> = pest::iterators::Pair<'t, Rule>;
 
 /// What was parsed.
 pub(super) enum Built {
@@ -344,7 +343,7 @@ impl<'d> Build<'d> {
         read: impl Fn(&mut Self, Pair<'_>) -> T,
     ) -> Vec<T> {
         // Behind each stands a comma or the bracket that closes.
-        let mut all = Vec::with_capacity(parts.pairs.len() / 2);
+        let mut all = Vec::with_capacity(parts.n_pairs() / 2);
         all.extend(parts.map(|part| read(self, part)));
         all
     }
@@ -399,82 +398,6 @@ impl<'d> Build<'d> {
     fn place(&self, place: usize) -> u32 {
         span(self.file, self.base, self.base + place).end
     }
-}
-
-/// The byte after the last token of `pair`: its own span goes on over the gap behind that.
-pub(super) fn end(pair: &Pair<'_>) -> usize {
-    let mut last = pair.clone();
-    while let Some(inner) = last.clone().into_inner().rfind(|pair| pair.as_rule() != Rule::line) {
-        last = inner;
-    }
-    last.as_span().end()
-}
-
-/// The parts of a pair that mean something: no punctuation.
-struct Parts<'t> {
-    pairs: pest::iterators::Pairs<'t, Rule>,
-    /// Where the last closing bracket ended that was passed over; 0 before.
-    closed: usize,
-}
-
-impl<'t> Parts<'t> {
-    fn of(pair: Pair<'t>) -> Self {
-        Self { pairs: pair.into_inner(), closed: 0 }
-    }
-
-    /// The next part, where the grammar has one.
-    fn part(&mut self) -> Pair<'t> {
-        self.next().expect("the grammar has a part here")
-    }
-
-    /// How many parts there are still.
-    fn n_left(&self) -> usize {
-        match self.pairs.len() {
-            1 => 1,
-            _ => self.pairs.clone().filter(|pair| means_something(pair.as_rule())).count(),
-        }
-    }
-}
-
-impl<'t> Iterator for Parts<'t> {
-    type Item = Pair<'t>;
-
-    fn next(&mut self) -> Option<Pair<'t>> {
-        loop {
-            let pair = self.pairs.next()?;
-            match pair.as_rule() {
-                Rule::rparen | Rule::rbracket | Rule::rbrace | Rule::rangle => {
-                    self.closed = pair.as_span().end();
-                }
-                rule if means_something(rule) => return Some(pair),
-                _ => {}
-            }
-        }
-    }
-}
-
-fn means_something(rule: Rule) -> bool {
-    !matches!(
-        rule,
-        Rule::line
-            | Rule::lparen
-            | Rule::rparen
-            | Rule::lbracket
-            | Rule::rbracket
-            | Rule::lbrace
-            | Rule::rbrace
-            | Rule::langle
-            | Rule::rangle
-            | Rule::comma
-            | Rule::colon
-            | Rule::equals
-            | Rule::dot
-            | Rule::dots
-            | Rule::as_word
-            | Rule::match_word
-            | Rule::within_word
-            | Rule::from_word
-    )
 }
 
 /// What stands between the quotes of a string, read.

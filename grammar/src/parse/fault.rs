@@ -301,6 +301,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::ty | Rule::ty_name => (1, "a type"),
         Rule::expr
         | Rule::term
+        | Rule::operand
         | Rule::minus
         | Rule::number
         | Rule::bool
@@ -323,7 +324,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::from_word => (4, "`from`"),
         Rule::lbrace | Rule::labelled => (5, "`{`"),
         Rule::dots => (10, "`..`"),
-        Rule::arith | Rule::compare => (11, "an operator"),
+        Rule::operator | Rule::arith | Rule::compare => (11, "an operator"),
         Rule::as_word => (11, "`as`"),
         Rule::within | Rule::within_word => (11, "`within`"),
         Rule::langle => (11, "`<`"),
