@@ -78,6 +78,35 @@ experiment small {
 }
 "#;
 
+/// How many layers a layered spec has.
+const LAYERS: usize = 10;
+
+/// The first lines of a layered spec.
+const LAYERED: &str = r#"edition "2026"
+
+experiment layered {
+    let far = reward_at(sinusoids(), at: grid(-2.0, 2.0, points: 5))
+"#;
+
+/// A spec of so many definitions, one a line, in ten layers. Each rests on three of the layer before,
+/// and a table shows the last.
+///
+/// - `value`: of a definition, by its place in the layer and the names of the three.
+pub(crate) fn layered(lines: usize, value: impl Fn(usize, [String; 3]) -> String) -> String {
+    let width = lines / LAYERS;
+    let name = |layer: usize, i: usize| format!("n{layer}_{}", i % width);
+    let mut text = LAYERED.to_owned();
+    for (layer, i) in (0..LAYERS).flat_map(|layer| (0..width).map(move |i| (layer, i))) {
+        let value = match layer {
+            0 => format!("far * {i}.5"),
+            _ => value(i, [0, 1, 2].map(|k| name(layer - 1, i + k))),
+        };
+        text.extend(["    let ", &name(layer, i), " = ", &value, "\n"]);
+    }
+    let last: Vec<String> = (0..width).map(|i| name(LAYERS - 1, i)).collect();
+    text + &format!("    table \"last\" = table([{}], rows: x)\n}}\n", last.join(", "))
+}
+
 /// A spec of about so many lines and nodes, the least of ten nodes.
 pub(crate) fn spec(lines: usize, nodes: usize) -> String {
     if nodes <= 10 {

@@ -8,14 +8,30 @@ use std::time::{Duration, Instant};
 use ivx_engine::{Plan, Source, expand, key, number_digest};
 use ivx_grammar::check::{File, Project, Settings, check, runs};
 use ivx_grammar::parse;
-use ivx_op::Registry;
+use ivx_op::{Array, Ctx, Many, One, Op, OpError, Registry, declare};
+
+declare! {
+    /// The sum of some arrays and a number.
+    struct Plus = "plus" @ 1 -> Array [union] {
+        /// The number.
+        x: f64;
+        /// The arrays.
+        of: Many<One<Array>>;
+    }
+}
+
+impl Op for Plus {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        unreachable!("nothing runs here")
+    }
+}
 
 /// The fastest of so many runs counts: others were disturbed.
 const RUNS: usize = 5;
 
 #[expect(clippy::print_stdout, reason = "a bench tells what it measured")]
 fn main() {
-    let registry = ivx_library::registry();
+    let registry = ivx_library::registry().op::<Plus>();
     println!("{:>8} {:>8} | {:^45} | ns per node", "", "", "ms");
     println!(
         "{:>8} {:>8} | {:>8} {:>8} {:>8} {:>8} {:>9} | check expand   key",
@@ -34,6 +50,15 @@ fn main() {
         (50_000, 100_000),
     ] {
         row(&generate::spec(lines, nodes), &registry);
+    }
+    // One call a line, then three operations a line.
+    for lines in [100, 1_000, 10_000, 100_000] {
+        let plus = |i, [a, b, c]: [String; 3]| format!("plus(x: {i}, of: [{a}, {b}, {c}])");
+        row(&generate::layered(lines, plus), &registry);
+    }
+    for lines in [100, 1_000, 10_000, 100_000] {
+        let half = |_, [a, b, c]: [String; 3]| format!("({a} + {b} + {c}) * 0.5");
+        row(&generate::layered(lines, half), &registry);
     }
 }
 
