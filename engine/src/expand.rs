@@ -1,6 +1,6 @@
 //! From a checked program to its graph.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use ivx_cache::Digest;
 use ivx_grammar::ir::{
@@ -100,7 +100,9 @@ fn reached(plan: Plan) -> Plan {
 
 /// Adds a step and the edges from its inputs.
 fn add(graph: &mut DiGraph<Step, ()>, step: Step) -> NodeIndex {
-    let inputs: BTreeSet<NodeIndex> = step.sources().filter_map(|source| source.node()).collect();
+    let mut inputs: Vec<NodeIndex> = step.sources().filter_map(|source| source.node()).collect();
+    inputs.sort_unstable();
+    inputs.dedup();
     let node = graph.add_node(step);
     for input in inputs {
         graph.add_edge(input, node, ());
@@ -296,6 +298,9 @@ impl Expansion<'_> {
 
     /// `overoptimisation/model[seed=0]/member[3]`.
     fn address(&self, expr: &Expr, place: &Place) -> String {
+        if expr.axes.is_empty() {
+            return expr.address.clone();
+        }
         let mut coords = Vec::new();
         let mut member = String::new();
         for axis in &expr.axes {

@@ -74,13 +74,13 @@ pub(crate) fn walk<B: AsRef<[u8]>>(
 ) {
     let mut walker = Walker { registry, input, held: &step.held, sink };
     walker.sink.item("format", FORMAT.as_bytes());
-    let op = format!("{}@{}", step.op, walker.version(&step.op));
-    walker.sink.item("op", op.as_bytes());
+    let version = walker.version(&step.op).to_string();
+    walker.sink.item("op", [&step.op, "@", &version].concat().as_bytes());
     for (name, lit) in &step.args {
         walker.lit(&format!("arg.{name}"), lit);
     }
     for (name, feds) in &step.ports {
-        walker.sink.item("port", format!("{name} {}", feds.len()).as_bytes());
+        walker.sink.item("port", [name, " ", &feds.len().to_string()].concat().as_bytes());
         for fed in feds {
             walker.fed(fed);
         }
