@@ -69,6 +69,7 @@ impl Loader {
             ast,
             links: BTreeMap::new(),
             texts: BTreeMap::new(),
+            externals: BTreeMap::new(),
         });
         self.known.insert(path.to_owned(), index);
         self.open.push(path.to_owned());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::Gathered;
+use crate::{External, Gathered};
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub enum Lit {
     Part(Part),
     /// An artifact that a part holds.
     Held(Held),
+    /// Something outside the spec.
+    External(Arc<External>),
 }
 
 /// An artifact inside a part.
@@ -100,6 +102,7 @@ impl fmt::Display for Lit {
             }
             Self::Part(part) => write!(f, "{part}"),
             Self::Held(_) => f.write_str("something computed"),
+            Self::External(found) => write!(f, "{found}"),
         }
     }
 }
