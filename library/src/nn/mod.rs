@@ -17,6 +17,11 @@ pub use schedule::{Constant, Linear, Schedule};
 
 use ivx_op::Registry;
 
+/// What the activations are called.
+pub(crate) fn activation_names() -> Vec<&'static str> {
+    activation::activations().names().collect()
+}
+
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     registry

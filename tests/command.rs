@@ -1,0 +1,130 @@
+//! Programs as nodes: what makes them run again, and how they fail.
+
+use std::fs::File;
+use std::os::unix::fs::symlink;
+
+use crate::project::Project;
+
+const SPEC: &str = r#"edition "2026"
+
+experiment e {
+    param order: Str = "-n"
+    axis seed = 0..3
+    let data = sample(sinusoids(), n: 4)
+    let run = command(
+        "sh", args: ["run.sh", order, 2],
+        files: ["run.sh", "lib/../lib/more.txt"], lock: "tools.lock",
+        inputs: [as_file(data, "data.csv")], outputs: ["n.json", "copy.csv"],
+        time_limit: 60.0)
+    measure n = read_scalar(run, "n.json", field: "n")
+    measure far = mean(support_distance(read_dataset(run, "copy.csv"), at: grid(0.0, 1.0, points: 3)), over: x)
+    let plain = command("sh", args: ["-c", "echo 7"], stdout: "seven")
+    measure seven = read_scalar(plain, "seven")
+    let seeded = command(
+        "sh", args: ["-c", "echo $SEED.$1", "sh", seed], env: [variable("SEED", seed)], stdout: "s")
+    measure twice = read_scalar(seeded, "s")
+}
+"#;
+
+const SCRIPT: &str = "cp data.csv copy.csv
+test -f lib/more.txt && test -f tools.lock && test \"$1\" = -n || exit 1
+echo \"{\\\"n\\\": $2}\" > n.json
+";
+
+fn project() -> Project {
+    let files = [("e.ivx", SPEC), ("run.sh", SCRIPT), ("lib/more.txt", "m"), ("tools.lock", "1")];
+    Project::with(&files)
+}
+
+#[test]
+fn a_program_runs_again_when_what_it_depends_on_changes() {
+    let project = project();
+    // 3 samples and runs, 3 × (n, copy, far, its mean), 2 of what draws nothing, 3 × 2 of the seed.
+    assert_eq!(project.executed("e.ivx", &[]), 6 + 12 + 2 + 6);
+    let results = project.read("results/e/results.ron");
+    let flat: String = results.split_whitespace().collect();
+    for values in ["[2.0,2.0,2.0,]", "[7.0,]", "[0.0,1.1,2.2,]"] {
+        assert!(flat.contains(&format!("values:{values}")), "{values}: {results}");
+    }
+    assert_eq!(project.executed("e.ivx", &[]), 0);
+    // What depends on the file that is the same still does not run.
+    project.write("run.sh", &SCRIPT.replace("$2", "$(($2 + 1))"));
+    assert_eq!(project.executed("e.ivx", &[]), 3 + 3 + 3);
+    project.write("run.sh", SCRIPT);
+    assert_eq!(project.executed("e.ivx", &[]), 0);
+    project.write("tools.lock", "2");
+    assert_eq!(project.executed("e.ivx", &[]), 3, "the lock changes the runs and no output");
+    project.write("lib/more.txt", "more");
+    assert_eq!(project.executed("e.ivx", &[]), 3);
+    let said = project.run("exec", "e.ivx", &["--set", "order=\"-r\""]);
+    assert_eq!(said.code, 1, "an argument is seen by the program: {}", said.out);
+    project.write("e.ivx", &SPEC.replace("time_limit: 60.0", "time_limit: 90.0"));
+    assert_eq!(project.executed("e.ivx", &[]), 0, "how long it may take is in no key");
+    project.write("e.ivx", &SPEC.replace("\"copy.csv\"],", "\"copy.csv\", \"data.csv\"],"));
+    assert_eq!(project.run("exec", "e.ivx", &[]).code, 1, "an input is no output");
+}
+
+/// Each of these fails in its own way, and none keeps the last from running.
+const HOSTILE: &str = r#"edition "2026"
+
+experiment hostile {
+    measure code = read_scalar(command("sh", args: ["-c", "echo why >&2; exit 3"], stdout: "s"), "s")
+    measure sleeps = read_scalar(
+        command("sh", args: ["-c", "sleep 1000 & sleep 1000"], stdout: "s", time_limit: 0.2), "s")
+    measure floods = read_scalar(command("sh", args: ["-c", "cat /dev/zero"], outputs: ["o"]), "o")
+    measure links = read_scalar(
+        command("sh", args: ["-c", "ln -s /etc/passwd o"], outputs: ["o"]), "o")
+    measure silent = read_scalar(command("sh", args: ["-c", "true"], outputs: ["o"]), "o")
+    measure climbs = read_scalar(command("sh", args: ["-c", "true"], outputs: ["../o"]), "o")
+    measure pipes = read_scalar(command("sh", args: ["-c", "mkfifo o"], outputs: ["o"]), "o")
+    measure text = read_scalar(command("sh", args: ["-c", "echo no"], stdout: "s"), "s")
+    measure other = read_scalar(command("sh", args: ["-c", "echo 1"], stdout: "s"), "t")
+    measure sound = read_scalar(command("sh", args: ["-c", "sleep 1000 & echo 1"], stdout: "s"), "s")
+}
+"#;
+
+#[test]
+fn what_goes_wrong_is_told_and_harms_nobody_else() {
+    let project = Project::with(&[("hostile.ivx", HOSTILE)]);
+    let said = project.run("exec", "hostile.ivx", &[]);
+    assert_eq!(said.code, 1, "{}{}", said.out, said.err);
+    for part in [
+        "`sh` ended with exit code 3; its standard error ends:\n    why\n",
+        "`sh` was stopped after 0.2 s, its time limit",
+        "`sh` wrote more than 64 MiB to its standard output",
+        "`o` is a link: outputs are regular files",
+        "`o` was not written",
+        "\"../o\" is no name of a file in the working folder",
+        "`o` is no regular file: outputs are regular files",
+        "`s` is not as expected: it is not JSON",
+        "there is no output `t`; there is `s`",
+    ] {
+        assert!(said.err.contains(part), "{part}: {}", said.err);
+    }
+    assert!(said.out.contains("9 failed, 7 skipped"), "{}", said.out);
+}
+
+#[test]
+fn files_that_are_no_files_of_the_project_are_refused() {
+    let spec = |name: &str| {
+        format!(
+            "edition \"2026\"\nexperiment e {{\n measure m = read_scalar(command(\"sh\", \
+             files: [\"{name}\"], stdout: \"s\"), \"s\")\n}}\n"
+        )
+    };
+    let project = Project::with(&[]);
+    symlink("/etc/passwd", project.path("link")).expect("links can be made");
+    // As large as it claims to be, and empty on the disk.
+    let huge = File::create(project.path("huge")).expect("files can be made");
+    huge.set_len((256 << 20) + 1).expect("files can be long");
+    for (name, part) in [
+        ("link", "lies outside the project"),
+        ("huge", "is larger than 256 MiB"),
+        ("", "is a folder"),
+    ] {
+        project.write("e.ivx", &spec(name));
+        let said = project.run("exec", "e.ivx", &[]);
+        assert_eq!(said.code, 2, "{name}: {}", said.out);
+        assert!(said.err.contains(part) && said.err.contains("e.ivx:3:"), "{name}: {}", said.err);
+    }
+}
