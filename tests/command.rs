@@ -1,7 +1,9 @@
 //! Programs as nodes: what makes them run again, and how they fail.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::Command;
 
 use crate::project::Project;
 
@@ -127,4 +129,28 @@ fn files_that_are_no_files_of_the_project_are_refused() {
         assert_eq!(said.code, 2, "{name}: {}", said.out);
         assert!(said.err.contains(part) && said.err.contains("e.ivx:3:"), "{name}: {}", said.err);
     }
+}
+
+/// Needs a `python3` with the packages of `experiments/command/requirements.txt`.
+#[test]
+fn the_example_agrees_with_scikit_learn() {
+    let python = Command::new("python3").args(["-c", "import sklearn, safetensors"]).output();
+    if !python.is_ok_and(|python| python.status.success()) {
+        eprintln!("skipped: `python3` has no scikit-learn, which this example is about");
+        return;
+    }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/command");
+    let read = |name: &str| fs::read_to_string(folder.join(name)).expect("the example is there");
+    let names = ["scikit_learn.ivx", "train.py", "requirements.txt"];
+    let texts = names.map(read);
+    let files: Vec<(&str, &str)> =
+        names.iter().zip(&texts).map(|(name, text)| (*name, text.as_str())).collect();
+    let project = Project::with(&files);
+    let said = project.run("exec", "scikit_learn.ivx", &[]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert_eq!(said.out.matches("  holds ").count(), 4, "{}", said.out);
+    assert_eq!(project.executed("scikit_learn.ivx", &[]), 0);
+    // Two programs in five seeds; what they leave behind is as it was.
+    project.write("train.py", &texts[1].replacen("Trains a", "Trains one", 1));
+    assert_eq!(project.executed("scikit_learn.ivx", &[]), 10);
 }
