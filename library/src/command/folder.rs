@@ -5,11 +5,21 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Read as _};
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
 /// Most bytes of all outputs together: they are held in memory.
 pub(super) const MAX_OUTPUT: usize = 1 << 30;
+
+/// The folders that there are.
+static OPEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Removes every folder that there is: for a process that is about to end.
+pub(super) fn remove_all() {
+    let open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    open.iter().for_each(|path| drop(fs::remove_dir_all(path)));
+}
 
 /// A folder that is removed when it is dropped.
 pub(super) struct Folder {
@@ -32,6 +42,7 @@ impl Folder {
         };
         let (folder, path) = made()
             .map_err(|error: std::io::Error| format!("no working folder can be made: {error}"))?;
+        OPEN.lock().unwrap_or_else(PoisonError::into_inner).insert(path.clone());
         let (temporary, taken) = (Some(folder), BTreeSet::new());
         Ok(Self { temporary, path, taken, room: MAX_OUTPUT })
     }
@@ -98,6 +109,7 @@ impl Drop for Folder {
             // What still cannot be removed is left to whoever cleans temporary files.
             drop(fs::remove_dir_all(&self.path));
         }
+        OPEN.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.path);
     }
 }
 

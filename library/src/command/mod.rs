@@ -18,10 +18,15 @@ use ivx_op::Registry;
 
 pub use input::{AsFile, Input};
 pub use outside::{file, program, variable};
-pub use process::kill_all;
 pub use read::{ReadDataset, ReadFile, ReadModel, ReadScalar};
 pub use run::RunProgram;
 pub use setting::{Inherited, SetVariable, Setting};
+
+/// Kills every program that runs and removes its folder: for a process that is about to end.
+pub fn abandon_all() {
+    process::kill_all();
+    folder::remove_all();
+}
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {

@@ -24,8 +24,8 @@ const LOOK: Duration = Duration::from_millis(50);
 /// The process groups that run.
 static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 
-/// Kills every program that runs, with what it started: for a process that is about to end.
-pub fn kill_all() {
+/// Kills every program that runs, with what it started.
+pub(super) fn kill_all() {
     let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
     running.iter().for_each(|group| kill(*group));
 }
