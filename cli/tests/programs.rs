@@ -76,24 +76,56 @@ fn a_program_counts_by_its_bytes_and_not_by_its_place() {
     assert_eq!(with("two"), 1, "another program, the output of which is the same");
 }
 
+/// A program that says who it is, and sleeps with another.
+const SLEEPS: &str = "measure m = read_scalar(command(\"sh\", \
+     args: [\"-c\", \"echo $$ > ../../pid; sleep 1000 & sleep 1000\"], stdout: \"n\"), \"n\")";
+
+fn wait_for(what: &dyn Fn() -> bool) {
+    assert!((0..2000).any(|_| {
+        sleep(Duration::from_millis(10));
+        what()
+    }));
+}
+
+/// Who the program is; nobody before it said so.
+fn pid(folder: &Path) -> String {
+    fs::read_to_string(folder.join("pid")).unwrap_or_default().trim().to_owned()
+}
+
+/// Whether no process of the program's group is left.
+fn is_gone(pid: &str) -> bool {
+    let processes = fs::read_dir("/proc").expect("processes are listed").flatten();
+    let stats = processes.filter_map(|entry| fs::read_to_string(entry.path().join("stat")).ok());
+    // Behind the name in brackets: state, parent, group. Zombies wait for whoever is to reap them.
+    let of_group = |stat: String| {
+        let fields: Vec<&str> =
+            stat.rsplit_once(") ").map_or(stat.as_str(), |(_, rest)| rest).split(' ').collect();
+        fields[0] != "Z" && fields.get(2) == Some(&pid)
+    };
+    !stats.into_iter().any(of_group)
+}
+
+#[test]
+fn a_killed_run_leaves_no_program() {
+    let folder = project(SLEEPS);
+    let folder = folder.path();
+    let mut run = ivx(folder);
+    let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+    wait_for(&|| !pid(folder).is_empty());
+    assert!(!is_gone(&pid(folder)));
+    run.kill().expect("the command can be killed");
+    run.wait().expect("the command ends");
+    wait_for(&|| is_gone(&pid(folder)));
+}
+
 #[test]
 fn a_second_interruption_ends_programs_and_leaves_nothing() {
-    let folder = project(
-        "measure m = read_scalar(command(\"sh\", \
-         args: [\"-c\", \"echo $$ > ../../pid; sleep 1000 & sleep 1000\"], stdout: \"n\"), \"n\")",
-    );
+    let folder = project(SLEEPS);
     let folder = folder.path();
     let mut run = ivx(folder);
     let run = run.stdout(Stdio::null()).stderr(Stdio::null());
     let mut run = run.spawn().expect("the command starts");
-    let wait_for = |what: &dyn Fn() -> bool| {
-        assert!((0..2000).any(|_| {
-            sleep(Duration::from_millis(10));
-            what()
-        }));
-    };
-    let pid = || fs::read_to_string(folder.join("pid")).unwrap_or_default().trim().to_owned();
-    wait_for(&|| !pid().is_empty());
+    wait_for(&|| !pid(folder).is_empty());
     let mut ended = false;
     for _ in 0..2000 {
         let signal = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
@@ -106,11 +138,6 @@ fn a_second_interruption_ends_programs_and_leaves_nothing() {
         }
     }
     assert!(ended);
-    let gone = || {
-        let stat = fs::read_to_string(format!("/proc/{}/stat", pid()));
-        // Dead, or dead and not reaped by whoever is to.
-        stat.map_or(true, |stat| stat.contains(") Z "))
-    };
-    wait_for(&gone);
+    wait_for(&|| is_gone(&pid(folder)));
     assert_eq!(fs::read_dir(folder.join("tmp")).expect("it is there").count(), 0);
 }

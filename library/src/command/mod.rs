@@ -13,6 +13,7 @@ mod process;
 mod read;
 mod run;
 mod setting;
+mod watch;
 
 use ivx_op::Registry;
 

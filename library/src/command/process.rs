@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
+use super::watch;
+
 /// Most bytes that a program may write to a stream which nobody keeps.
 const MAX_LOG: usize = 64 << 20;
 /// How much of the end of such a stream is shown when the program fails.
@@ -102,6 +104,7 @@ impl Group {
     fn of(child: Child) -> Self {
         let id = child.id();
         RUNNING.lock().unwrap_or_else(PoisonError::into_inner).insert(id);
+        watch::began(id);
         Self { child, id, ended: false }
     }
 
@@ -123,6 +126,7 @@ impl Group {
             kill(self.id);
             running.remove(&self.id);
         }
+        watch::ended(self.id);
         self.ended = true;
         self.child.wait()
     }
