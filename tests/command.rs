@@ -66,6 +66,56 @@ fn a_program_runs_again_when_what_it_depends_on_changes() {
     assert_eq!(project.run("exec", "e.ivx", &[]).code, 1, "an input is no output");
 }
 
+#[test]
+fn names_belong_to_the_file_that_says_them() {
+    let library = r#"edition "2026"
+let answer(which: Str) = command("sh", args: ["run.sh", which], files: ["run.sh"], stdout: "n")
+"#;
+    let spec = r#"edition "2026"
+use "tools/library.ivx" { answer }
+experiment e {
+    axis way = ["here", "there"]
+    measure theirs = read_scalar(answer("1"), "n")
+    let script = command(
+        match way { "here": "sh", "there": "cat" },
+        args: match way { "here": ["run.sh", "2"], "there": ["tools/run.sh"] },
+        files: [match way { "here": "run.sh", "there": "tools/run.sh" }], stdout: "n")
+    measure ours = read_scalar(script[way: "here"], "n")
+    measure text = read_scalar(script[way: "there"], "n")
+}
+"#;
+    let project = Project::with(&[
+        ("e.ivx", spec),
+        ("run.sh", "echo 10$1"),
+        ("tools/library.ivx", library),
+        ("tools/run.sh", "echo 20$1"),
+    ]);
+    let said = project.run("exec", "e.ivx", &[]);
+    assert!(said.err.contains("e/text: `n` is not as expected"), "{}", said.err);
+    let results = project.read("results/e/results.ron");
+    assert!(results.contains("201.0") && results.contains("102.0"), "{results}");
+}
+
+#[test]
+fn a_program_that_is_given_the_seed_draws_from_it() {
+    let spec = |given: &str, seeds: usize| {
+        format!(
+            "edition \"2026\"\nexperiment e {{\n axis seed = 0..{seeds}\n let n = read_scalar(\
+             command(\"echo\", args: [{given}], stdout: \"n\"), \"n\")\n \
+             claim \"c\" : mean(n * (seed + 1), over: seed) > -1.0\n}}\n"
+        )
+    };
+    let project = Project::with(&[]);
+    let check = |given: &str, seeds: usize, verdict: &str| {
+        project.write("e.ivx", &spec(given, seeds));
+        let said = project.run("exec", "e.ivx", &[]);
+        assert!(said.out.contains(&format!("  {verdict} ")), "{given}: {}{}", said.out, said.err);
+    };
+    check("seed", 4, "undecided");
+    check("seed", 5, "holds");
+    check("1", 4, "holds");
+}
+
 /// Each of these fails in its own way, and none keeps the last from running.
 const HOSTILE: &str = r#"edition "2026"
 
