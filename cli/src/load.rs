@@ -158,6 +158,9 @@ impl Loader<'_> {
         name: &Spanned<String>,
     ) -> Result<External, Diagnostic> {
         let found = match kind {
+            ExternalKind::File if Path::new(&name.value).is_absolute() => {
+                Err("is an absolute path; files are named relative to the spec".to_owned())
+            }
             ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
             ExternalKind::Program => command::program(&name.value, &self.search),
             ExternalKind::Variable => command::variable(&name.value),
