@@ -11,16 +11,11 @@ mod schedule;
 
 pub use activation::{Activation, Elu, Relu, Tanh};
 pub use fit::{fit, predict};
-pub use net::{Mlp, Net};
+pub use net::{Mlp, Net, check};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use schedule::{Constant, Linear, Schedule};
 
 use ivx_op::Registry;
-
-/// What the activations are called.
-pub(crate) fn activation_names() -> Vec<&'static str> {
-    activation::activations().names().collect()
-}
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {

@@ -31,7 +31,15 @@ impl Op for ReadModel {
         } else {
             read_tensors(bytes).and_then(|(tensors, metadata)| model(tensors.arrays, &metadata))
         };
-        model.map_err(|why| wrong(&self.name, &why))
+        model.and_then(sound).map_err(|why| wrong(&self.name, &why))
+    }
+}
+
+/// The model, if it can be evaluated.
+fn sound(model: Model) -> Result<Model, String> {
+    match &model {
+        Model::Net(net) => nn::check(net).map(|()| model),
+        Model::Polynomial(_) => Ok(model),
     }
 }
 
@@ -46,41 +54,21 @@ fn model(
         }
         return Ok(Model::Polynomial(theta));
     }
-    let activation = metadata.get("activation");
-    let known = nn::activation_names();
-    let activation = activation.filter(|name| known.contains(&name.as_str())).ok_or_else(|| {
-        format!("the metadata `activation` of a network is one of {}", known.join(", "))
-    })?;
-    let n_layers = arrays.keys().filter(|name| name.ends_with(".weight")).count();
-    let (mut width, mut hidden, mut params) = (1, Vec::new(), Vec::new());
-    for layer in 0..n_layers {
-        let mut take = |what: &str| {
-            let name = format!("{layer}.{what}");
-            let data = arrays.remove(&name).ok_or_else(|| format!("there is no array `{name}`"))?;
-            wide(&name, data).map(|(shape, values)| (name, shape, values))
-        };
-        let (weight, bias) = (take("weight")?, take("bias")?);
-        let out = bias.2.len();
-        if weight.1 != [width, out] || bias.1 != [out] {
-            let why = format!("of shapes {:?} and {:?} after {width} units", weight.1, bias.1);
-            return Err(format!("layer {layer} is [in, out] and [out], and not {why}"));
-        }
-        width = out;
-        hidden.push(out);
-        params.extend([weight, bias]);
-    }
-    if hidden.pop() != Some(1) {
-        return Err("a network ends in one number".to_owned());
-    }
-    if let Some(name) = arrays.keys().next() {
-        return Err(format!("`{name}` is no array of a network"));
-    }
+    let activation = metadata.get("activation").cloned().unwrap_or_default();
+    let mut hidden = Vec::new();
+    let mut params = Vec::new();
     #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
     let narrow = |values: Vec<f64>| values.into_iter().map(|x| x as f32).collect();
-    let params = params.into_iter().map(|(name, shape, values)| (name, shape, narrow(values)));
-    let mut params: Vec<_> = params.collect();
-    params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
-    let activation = activation.clone();
+    for (name, data) in arrays {
+        let (shape, values) = wide(&name, data)?;
+        if let Some(layer) = name.strip_suffix(".weight").and_then(|layer| layer.parse().ok()) {
+            hidden.push((layer, shape.last().copied().unwrap_or_default()));
+        }
+        params.push((name, shape, narrow(values)));
+    }
+    hidden.sort_unstable();
+    hidden.pop();
+    let hidden = hidden.into_iter().map(|(_, width): (usize, _)| width).collect();
     Ok(Model::Net(NetModel { hidden, activation, prior_scale: 0.0, params }))
 }
 
@@ -110,7 +98,7 @@ mod tests {
     fn check(arrays: &[(&str, Data)], activation: &str, expected: Result<f64, &str>) {
         let arrays = arrays.iter().map(|(name, data)| ((*name).to_owned(), data.clone()));
         let metadata = [("activation".to_owned(), activation.to_owned())].into();
-        match (model(arrays.collect(), &metadata), expected) {
+        match (model(arrays.collect(), &metadata).and_then(sound), expected) {
             (Ok(model), Ok(value)) => assert_eq!(model.predict(&[2.0]), [value]),
             (Err(why), Err(part)) => assert!(why.contains(part), "{why}"),
             (found, _) => panic!("{found:?}"),
@@ -135,14 +123,15 @@ mod tests {
             ("1.bias", array(&[1], &[-1.0])),
         ];
         check(&net, "relu", Ok(9.0));
-        check(&net, "sine", Err("one of"));
-        check(&net[..3], "relu", Err("there is no array `1.bias`"));
-        check(&net[..2], "relu", Err("ends in one number"));
+        check(&net, "sine", Err("one of elu, relu, tanh"));
+        check(&net[..3], "relu", Err("the array `1.bias` of shape [1] is not there"));
+        check(&net[..2], "relu", Err("of shape [1, 1] is not there"));
         let mut turned = net.clone();
         turned[0].1 = array(&[2, 1], &[1.0, -1.0]);
-        check(&turned, "relu", Err("layer 0 is [in, out]"));
+        check(&turned, "relu", Err("the array `0.weight` of shape [1, 1] is not there"));
         let more = [&net[..], &[("scale", array(&[1], &[1.0]))]].concat();
-        check(&more, "relu", Err("`scale` is no array of a network"));
+        check(&more, "relu", Err("the array `scale` belongs to no layer"));
+        check(&[], "relu", Err("is not there"));
     }
 
     #[test]
@@ -151,5 +140,11 @@ mod tests {
         let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
         let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
         assert_eq!(read.run(&Ctx::new("read_model", 0, None)), Ok(own));
+        let (hidden, activation, params) = (vec![usize::MAX], "relu".to_owned(), Vec::new());
+        let own = Model::Net(NetModel { hidden, activation, prior_scale: 1.0, params });
+        let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
+        let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
+        let why = read.run(&Ctx::new("read_model", 0, None)).unwrap_err().to_string();
+        assert!(why.contains("is not there"), "{why}");
     }
 }
