@@ -5,7 +5,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-use crate::project::Project;
+use crate::project::{Project, run};
 
 const SPEC: &str = r#"edition "2026"
 
@@ -129,6 +129,8 @@ experiment hostile {
     measure silent = read_scalar(command("sh", args: ["-c", "true"], outputs: ["o"]), "o")
     measure climbs = read_scalar(command("sh", args: ["-c", "true"], outputs: ["../o"]), "o")
     measure pipes = read_scalar(command("sh", args: ["-c", "mkfifo o"], outputs: ["o"]), "o")
+    measure large = read_scalar(
+        command("sh", args: ["-c", "truncate -s 1T o"], outputs: ["o"]), "o")
     measure text = read_scalar(command("sh", args: ["-c", "echo no"], stdout: "s"), "s")
     measure other = read_scalar(command("sh", args: ["-c", "echo 1"], stdout: "s"), "t")
     measure sound = read_scalar(command("sh", args: ["-c", "sleep 1000 & echo 1"], stdout: "s"), "s")
@@ -148,12 +150,13 @@ fn what_goes_wrong_is_told_and_harms_nobody_else() {
         "`o` was not written",
         "\"../o\" is no name of a file in the working folder",
         "`o` is no regular file: outputs are regular files",
+        "the outputs are larger than 256 MiB together",
         "`s` is not as expected: it is not JSON",
         "there is no output `t`; there is `s`",
     ] {
         assert!(said.err.contains(part), "{part}: {}", said.err);
     }
-    assert!(said.out.contains("9 failed, 7 skipped"), "{}", said.out);
+    assert!(said.out.contains("10 failed, 8 skipped"), "{}", said.out);
 }
 
 #[test]
@@ -185,11 +188,16 @@ fn files_that_are_no_files_of_the_project_are_refused() {
 #[test]
 fn the_example_agrees_with_scikit_learn() {
     let python = Command::new("python3").args(["-c", "import sklearn, safetensors"]).output();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/command");
+    if python.is_ok() {
+        let spec = folder.join("scikit_learn.ivx").into_os_string();
+        let said = run(vec!["ivx".into(), "check".into(), spec]);
+        assert_eq!((said.code, said.err.as_str()), (0, ""));
+    }
     if !python.is_ok_and(|python| python.status.success()) {
         eprintln!("skipped: `python3` has no scikit-learn, which this example is about");
         return;
     }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/command");
     let read = |name: &str| fs::read_to_string(folder.join(name)).expect("the example is there");
     let names = ["scikit_learn.ivx", "train.py", "requirements.txt"];
     let texts = names.map(read);
