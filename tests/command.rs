@@ -116,6 +116,23 @@ fn a_program_that_is_given_the_seed_draws_from_it() {
     check("1", 4, "holds");
 }
 
+#[test]
+fn what_varies_is_found_by_verify() {
+    let spec = r#"edition "2026"
+experiment e {
+    measure sure = read_scalar(command("echo", args: [1], stdout: "n"), "n")
+    measure drawn = read_scalar(
+        command("sh", args: ["-c", "od -An -N4 -tu4 /dev/urandom"], stdout: "n"), "n")
+}
+"#;
+    let project = Project::with(&[("e.ivx", spec)]);
+    assert_eq!(project.executed("e.ivx", &[]), 4);
+    let said = project.run("verify", "e.ivx", &[]);
+    assert_eq!(said.code, 1, "{}{}", said.out, said.err);
+    assert!(said.out.contains("3 the same, 1 not"), "{}", said.out);
+    assert!(said.out.contains("differs  e/drawn/read_scalar"), "{}", said.out);
+}
+
 /// Each of these fails in its own way, and none keeps the last from running.
 const HOSTILE: &str = r#"edition "2026"
 
