@@ -2,7 +2,7 @@
 //!
 //! What follows ` ```ivx ` says what a block is: nothing for one that checks without a word, `run`
 //! for one that runs, `fails=IVX0302` for one with that fault and no other, `file=world.ivx` for a
-//! file that the blocks after it can use.
+//! file that the blocks after it can use. So does ` ```sh,file=run.sh `, for other files.
 
 use crate::project::{Project, Said};
 
@@ -50,7 +50,12 @@ struct Block<'a> {
 
 fn blocks(document: &str) -> Vec<Block<'_>> {
     let mut blocks = Vec::new();
-    for (at, fence) in document.match_indices("\n```ivx") {
+    let starts = ["\n```ivx", "\n```sh,file="].map(|fence| document.match_indices(fence));
+    let mut starts: Vec<usize> = starts.into_iter().flatten().map(|(at, _)| at).collect();
+    starts.sort_unstable();
+    for at in starts {
+        let fence = ["\n```ivx", "\n```sh"].into_iter().find(|f| document[at..].starts_with(f));
+        let fence = fence.expect("it begins with one of them");
         let (info, rest) = document[at + fence.len()..].split_once('\n').expect("a block has text");
         let text = rest.split_once("\n```").expect("a block ends").0;
         let line = document[..at].lines().count() + 2;
@@ -61,7 +66,9 @@ fn blocks(document: &str) -> Vec<Block<'_>> {
 
 #[test]
 fn blocks_are_found() {
-    let found = blocks("a\n```ivx\nlet\n```\n\n```sh\nls\n```\n```ivx,run\nlet\n```\n");
+    let found = blocks(
+        "a\n```ivx\nlet\n```\n\n```sh\nls\n```\n```ivx,run\nlet\n```\n```sh,file=f\nx\n```\n",
+    );
     let found: Vec<_> = found.iter().map(|block| (block.info, block.text, block.line)).collect();
-    assert_eq!(found, [("", "let", 3), ("run", "let", 10)]);
+    assert_eq!(found, [("", "let", 3), ("run", "let", 10), ("file=f", "x", 13)]);
 }

@@ -2,6 +2,7 @@
 
 mod cases;
 mod claims;
+mod command;
 mod corpus;
 mod design;
 mod docs;

@@ -1,10 +1,12 @@
 //! The stages that run nothing, and the laws that hold for any text. `fuzz/` goes through them too.
 
+use std::sync::Arc;
+
 use ivx_engine::expand;
 use ivx_grammar::ast::Ast;
 use ivx_grammar::check::{File, Project, Settings, check, runs};
-use ivx_grammar::{format, parse};
-use ivx_op::Registry;
+use ivx_grammar::{externals, format, parse};
+use ivx_op::{Content, External, ExternalKind, Registry};
 
 /// Most nodes of a program that is expanded here.
 const MOST_NODES: usize = 5_000;
@@ -19,11 +21,18 @@ pub(crate) fn run(text: &str, registry: &Registry) {
     if runs(&faults) {
         lawful(text, &tree);
     }
+    // What lies outside is found, whatever it is called.
+    let externals = externals(&ast, registry).into_iter().map(|(kind, name)| {
+        let found = Ok(Arc::new(external(kind, &name.value)));
+        ((kind, name.value), found)
+    });
+    let externals = externals.collect();
     let file = File {
         path: "spec.ivx".to_owned(),
         stem: "spec".to_owned(),
         text: text.to_owned(),
         ast,
+        externals,
         ..File::default()
     };
     let settings = Settings { max_nodes: Some(MOST_NODES), ..Settings::default() };
@@ -31,6 +40,15 @@ pub(crate) fn run(text: &str, registry: &Registry) {
     if runs(&faults) && runs(&more) {
         let plan = expand(&spec, registry);
         assert!(plan.graph.node_count() <= MOST_NODES, "{text}");
+    }
+}
+
+fn external(kind: ExternalKind, name: &str) -> External {
+    let file = External::file(name.to_owned(), Vec::new());
+    match kind {
+        ExternalKind::File => file,
+        ExternalKind::Program => External { content: Content::Program(name.into()), ..file },
+        ExternalKind::Variable => External::variable(name.to_owned(), None),
     }
 }
 

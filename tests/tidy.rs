@@ -39,10 +39,13 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("sled", "cache/src/hints.rs"),
         ("miette", "cli/src/render.rs"),
         ("clap", "cli/src/"),
+        ("crc32fast", "library/src/command/npz.rs"),
         ("ctrlc", "cli/src/main.rs"),
         ("indicatif", "cli/src/progress.rs"),
+        ("miniz_oxide", "library/src/command/npz.rs"),
         ("petgraph", "engine/src/"),
         ("rayon", "engine/src/"),
+        ("rustix", "library/src/command/process.rs"),
         ("safetensors", "library/op/src/artifact.rs"),
         ("strsim", "grammar/src/suggest.rs"),
     ];

@@ -32,6 +32,8 @@ pub const BROKEN: u8 = 3;
 /// The run was stopped by hand.
 pub const STOPPED: u8 = 130;
 
+pub use ivx_library::command::abandon_all as abandon_programs;
+
 /// Asks the run of this process to stop.
 static STOP: LazyLock<Stop> = LazyLock::new(Stop::default);
 

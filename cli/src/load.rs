@@ -1,12 +1,16 @@
 //! Reads a spec and the files that it names.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use ivx_grammar::ast::{Item, ItemKind};
 use ivx_grammar::check::{File, Project};
-use ivx_grammar::{Code, Diagnostic, Spanned, parse, suggest};
+use ivx_grammar::{Code, Diagnostic, Spanned, externals, parse, suggest};
+use ivx_library::command;
+use ivx_op::{External, ExternalKind, Registry};
 
 use crate::{Trouble, project};
 
@@ -20,16 +24,19 @@ pub(crate) struct Loaded {
     pub(crate) root: PathBuf,
 }
 
-/// Reads a spec, and the files that it and they name by `use` and `include`.
+/// Reads a spec, the files that it and they name by `use` and `include`, and what their calls name
+/// outside of them.
 ///
 /// # Errors
 /// If the spec itself cannot be read. Other files that cannot are diagnostics.
-pub(crate) fn load(spec: &Path) -> Result<Loaded, Trouble> {
+pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> {
     let unread = |source| Trouble::Spec { path: spec.display().to_string(), source };
     let path = fs::canonicalize(spec).map_err(unread)?;
     let root = project::root(&path);
     let mut loader = Loader {
         loaded: Loaded { project: Project::default(), diagnostics: Vec::new(), root },
+        registry,
+        search: std::env::var_os("PATH").unwrap_or_default(),
         known: BTreeMap::new(),
         open: Vec::new(),
     };
@@ -38,14 +45,17 @@ pub(crate) fn load(spec: &Path) -> Result<Loaded, Trouble> {
     Ok(loader.loaded)
 }
 
-struct Loader {
+struct Loader<'a> {
     loaded: Loaded,
+    registry: &'a Registry,
+    /// Where programs are looked for.
+    search: OsString,
     known: BTreeMap<PathBuf, usize>,
     /// The files between the spec and the one being read.
     open: Vec<PathBuf>,
 }
 
-impl Loader {
+impl Loader<'_> {
     fn file(&mut self, path: &Path, text: String) -> usize {
         let index = self.loaded.project.files.len();
         let (ast, faults) = parse(&text, u32::try_from(index).expect("files are few"));
@@ -61,6 +71,7 @@ impl Loader {
             .collect();
         let mut named_texts = Vec::new();
         published(&ast.items, &mut named_texts);
+        let outside = externals(&ast, self.registry);
         let stem = project::name(path);
         self.loaded.project.files.push(File {
             path: shown,
@@ -69,6 +80,7 @@ impl Loader {
             ast,
             links: BTreeMap::new(),
             texts: BTreeMap::new(),
+            externals: BTreeMap::new(),
         });
         self.known.insert(path.to_owned(), index);
         self.open.push(path.to_owned());
@@ -78,8 +90,17 @@ impl Loader {
             }
         }
         self.open.pop();
+        for (kind, name) in outside {
+            let id = (kind, name.value.clone());
+            if !self.loaded.project.files[index].externals.contains_key(&id) {
+                let found = self.external(path, kind, &name).map(Arc::new);
+                self.loaded.project.files[index].externals.insert(id, found);
+            }
+        }
         for name in named_texts {
-            let text = self.place(path, &name).and_then(|place| self.text(&place, &name));
+            let place =
+                self.place(path, &name).map_err(|fault| self.loaded.diagnostics.push(fault));
+            let text = place.ok().and_then(|place| self.text(&place, &name));
             let texts = &mut self.loaded.project.files[index].texts;
             texts.extend(text.map(|text| (name.value, text)));
         }
@@ -88,7 +109,8 @@ impl Loader {
 
     /// The file that `name` means in the file at `from`.
     fn link(&mut self, from: &Path, name: &Spanned<String>) -> Option<usize> {
-        let path = self.place(from, name)?;
+        let place = self.place(from, name);
+        let path = place.map_err(|fault| self.loaded.diagnostics.push(fault)).ok()?;
         if let Some(start) = self.open.iter().position(|open| *open == path) {
             let circle = self.open[start..].iter().chain([&path]);
             let circle: Vec<_> = circle.map(|path| self.shown(path)).collect();
@@ -106,42 +128,58 @@ impl Loader {
     }
 
     /// Where the file lies that `name` means in the file at `from`.
-    fn place(&mut self, from: &Path, name: &Spanned<String>) -> Option<PathBuf> {
+    fn place(&self, from: &Path, name: &Spanned<String>) -> Result<PathBuf, Diagnostic> {
         let folder = from.parent().expect("a file lies in a folder");
         let wanted = lexical(&folder.join(&name.value));
         let found = wanted.starts_with(&self.loaded.root).then(|| fs::canonicalize(&wanted));
         match found {
-            Some(Ok(path)) if path.starts_with(&self.loaded.root) => Some(path),
-            Some(Err(error)) => {
-                self.unread(name, &error, near(&wanted, &name.value));
-                None
-            }
+            Some(Ok(path)) if path.starts_with(&self.loaded.root) => Ok(path),
+            Some(Err(error)) => Err(unread(name, &error, near(&wanted, &name.value))),
             _ => {
                 let message = format!("`{}` lies outside the project", name.value);
                 let fault =
                     Diagnostic::new(Code::Outside, name.span, message, "not in the project");
-                let help = "specs name files of their own project only";
-                self.loaded.diagnostics.push(fault.help(help));
-                None
+                Err(fault.help("specs name files of their own project only"))
             }
         }
     }
 
     /// The text of the file at `path`.
     fn text(&mut self, path: &Path, name: &Spanned<String>) -> Option<String> {
-        fs::read_to_string(path).map_err(|error| self.unread(name, &error, None)).ok()
+        let text = fs::read_to_string(path).map_err(|error| unread(name, &error, None));
+        text.map_err(|fault| self.loaded.diagnostics.push(fault)).ok()
     }
 
-    fn unread(&mut self, name: &Spanned<String>, error: &std::io::Error, help: Option<String>) {
-        let message = format!("`{}` cannot be read: {}", name.value, plain(error));
-        let fault = Diagnostic::new(Code::File, name.span, message, "not read");
-        self.loaded.diagnostics.push(fault.maybe_help(help));
+    /// What `name` means outside the file at `from`.
+    fn external(
+        &self,
+        from: &Path,
+        kind: ExternalKind,
+        name: &Spanned<String>,
+    ) -> Result<External, Diagnostic> {
+        let found = match kind {
+            ExternalKind::File if Path::new(&name.value).is_absolute() => {
+                Err("is an absolute path; files are named relative to the spec".to_owned())
+            }
+            ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
+            ExternalKind::Program => command::program(&name.value, &self.search),
+            ExternalKind::Variable => command::variable(&name.value),
+        };
+        found.map_err(|why| {
+            let message = format!("`{}` {why}", name.value);
+            Diagnostic::new(Code::File, name.span, message, "cannot be used")
+        })
     }
 
     /// A path as shown: below the project's folder.
     fn shown(&self, path: &Path) -> String {
         path.strip_prefix(&self.loaded.root).unwrap_or(path).display().to_string()
     }
+}
+
+fn unread(name: &Spanned<String>, error: &std::io::Error, help: Option<String>) -> Diagnostic {
+    let message = format!("`{}` cannot be read: {}", name.value, plain(error));
+    Diagnostic::new(Code::File, name.span, message, "not read").maybe_help(help)
 }
 
 /// The files of published numbers that items name, in experiments too.

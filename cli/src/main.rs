@@ -8,6 +8,7 @@ fn main() -> ExitCode {
     // Without a handler the command ends at once, and loses nothing but time.
     let handled = ctrlc::set_handler(|| {
         if !ivx_cli::stop() {
+            ivx_cli::abandon_programs();
             std::process::exit(ivx_cli::STOPPED.into());
         }
         let what = "stopping: what runs is finished and kept; once more to stop at once";

@@ -93,6 +93,9 @@ fn argument(arg: &ArgDecl) -> String {
     if let Some(default) = &arg.default {
         text.extend([" Default: `", &default.to_string(), "`."]);
     }
+    if arg.how {
+        text += " It is in no key.";
+    }
     text + "\n"
 }
 
@@ -111,6 +114,7 @@ mod tests {
             default: Some(Lit::Real(0.5)),
             range: Some((0.0..=1.0).into()),
             unit: None,
+            how: false,
         };
         let expected = "- `alpha: Float`: The share\n  kept. Range: from 0 to 1. Default: `0.5`.\n";
         assert_eq!(argument(&arg), expected);
@@ -118,6 +122,8 @@ mod tests {
         let expected = "- `alpha: Float`: The share\n  kept. Range: from 0 to 1 mm.\n";
         assert_eq!(argument(&arg), expected);
         let expected = "- `alpha: Float`: The share\n  kept. In mm.\n";
-        assert_eq!(argument(&ArgDecl { range: None, ..arg }), expected);
+        assert_eq!(argument(&ArgDecl { range: None, ..arg.clone() }), expected);
+        let expected = "- `alpha: Float`: The share\n  kept. In mm. It is in no key.\n";
+        assert_eq!(argument(&ArgDecl { range: None, how: true, ..arg }), expected);
     }
 }

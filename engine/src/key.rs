@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use ivx_cache::Digest;
-use ivx_op::{Array, Artifact as _, Held, Labels, Lit, Registry};
+use ivx_op::{Array, Artifact as _, Decl, Held, Labels, Lit, Registry};
 
 use crate::plan::{Fed, Source, Step};
 
@@ -76,7 +76,8 @@ pub(crate) fn walk<B: AsRef<[u8]>>(
     walker.sink.item("format", FORMAT.as_bytes());
     let version = walker.version(&step.op).to_string();
     walker.sink.item("op", [&step.op, "@", &version].concat().as_bytes());
-    for (name, lit) in &step.args {
+    let decl = registry.decl(&step.op);
+    for (name, lit) in step.args.iter().filter(|(name, _)| !is_how(decl, name)) {
         walker.lit(&format!("arg.{name}"), lit);
     }
     for (name, feds) in &step.ports {
@@ -90,6 +91,11 @@ pub(crate) fn walk<B: AsRef<[u8]>>(
         let member = draw.member.map_or_else(|| "none".to_owned(), |member| member.to_string());
         sink.item("member", member.as_bytes());
     }
+}
+
+/// Whether an argument says how to compute and not what.
+fn is_how(decl: Option<&Decl>, arg: &str) -> bool {
+    decl.and_then(|decl| decl.arg(arg)).is_some_and(|arg| arg.how)
 }
 
 struct Walker<'a, I, S> {
@@ -132,7 +138,8 @@ impl<B: AsRef<[u8]>, I: Fn(&Source) -> B, S: Walk> Walker<'_, I, S> {
             Lit::Part(part) => {
                 let version = self.version(&part.name);
                 self.sink.item(path, format!("{}@{version}", part.name).as_bytes());
-                for (name, value) in &part.args {
+                let decl = self.registry.decl(&part.name);
+                for (name, value) in part.args.iter().filter(|(name, _)| !is_how(decl, name)) {
                     self.lit(&format!("{path}.{name}"), value);
                 }
             }

@@ -72,7 +72,7 @@ codes! {
     /// A doc comment stands before nothing.
     StrayDoc = 105 Warning;
 
-    /// A file that `use` or `include` names cannot be read.
+    /// A file, a program or a variable that the spec names cannot be used.
     File = 201 Error;
     /// Files name each other in a circle.
     Cycle = 202 Error;

@@ -8,6 +8,7 @@ extern crate alloc; // what the derived parser names without pest's `std`
 pub mod ast;
 pub mod check;
 mod diagnostic;
+mod external;
 mod format;
 pub mod ir;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod span;
 mod suggest;
 
 pub use diagnostic::{Code, Diagnostic, Label, Severity};
+pub use external::externals;
 pub use format::format;
 pub use literal::parse_literal;
 pub use parse::parse;

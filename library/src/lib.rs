@@ -4,6 +4,7 @@
 
 pub mod artifact;
 pub mod ce;
+pub mod command;
 pub mod env;
 pub mod figure;
 pub mod ke;
@@ -29,5 +30,6 @@ pub fn registry() -> Registry {
     let registry = learner::register(registry);
     let registry = planner::register(registry);
     let registry = metric::register(registry);
+    let registry = command::register(registry);
     figure::register(registry)
 }

@@ -61,8 +61,8 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
         sets.push((name.to_owned(), value));
     }
     let settings = Settings { profile: args.profile.clone(), sets, max_nodes: args.max_nodes };
-    let loaded = load(&args.path)?;
     let registry = registry();
+    let loaded = load(&args.path, &registry)?;
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
     // Of text that does not read, warnings would be noise.
     let whole = runs(&loaded.diagnostics);

@@ -1,6 +1,6 @@
 //! Calls: functions of the spec, parts and operations.
 
-use ivx_op::{ArgDecl, ArgKind, ByName, Decl, Lit, Role, Ty};
+use ivx_op::{ArgDecl, ArgKind, ByName, Decl, ExternalKind, Lit, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -181,7 +181,7 @@ impl<'a> Checker<'a> {
             let default = arg.default.as_ref().expect("missing arguments were reported");
             return Some(Desc::Lit(self.registry.complete_lit(default)));
         };
-        match self.expr(at, expr) {
+        match self.given_to(at, &ty, expr) {
             Val::Poison => None,
             value @ Val::Artifact(_) => {
                 let message =
@@ -208,6 +208,10 @@ impl<'a> Checker<'a> {
                 if !self.evaluates(&desc, expr.span) {
                     return None;
                 }
+                let desc = match ExternalKind::of(&ty) {
+                    Some(kind) => self.found(decl, arg, kind, &desc, expr)?,
+                    None => desc,
+                };
                 let ranged =
                     if arg.kind == ArgKind::Members { Some((1.0..).into()) } else { arg.range };
                 match ranged {
@@ -227,6 +231,8 @@ impl<'a> Checker<'a> {
             Ty::Str => return Some("write text in quotes, such as `\"text\"`".to_owned()),
             Ty::List(item) => return Some(format!("write a list of {item}, such as `[a, b]`")),
             Ty::Part(family) => family,
+            Ty::Word => return Some("write text in quotes, or a number".to_owned()),
+            Ty::External(_) => return Some("write its name in quotes".to_owned()),
             Ty::Record(_) => return None,
         };
         let parts = self

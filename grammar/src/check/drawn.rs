@@ -1,7 +1,7 @@
 //! What random numbers a value rests on.
 
 use super::Checker;
-use crate::ir::{AxisId, AxisRole, Expr, ExprId, ExprKind};
+use crate::ir::{AxisId, AxisRole, Desc, Expr, ExprId, ExprKind, Op};
 
 /// The random numbers upstream of a value.
 #[derive(Clone, Copy, Default)]
@@ -31,7 +31,7 @@ impl Checker<'_> {
             ExprKind::Number(_) => Drawn::default(),
             ExprKind::Op(_) | ExprKind::Match { .. } => {
                 let has_seed = expr.axes.iter().any(|axis| self.is_seed(*axis));
-                let draws = matches!(&expr.kind, ExprKind::Op(op) if op.stochastic);
+                let draws = matches!(&expr.kind, ExprKind::Op(op) if self.draws_here(op));
                 let mut drawn =
                     Drawn { varies: draws && has_seed, reduced: usize::from(draws && !has_seed) };
                 for id in self.spec.inputs(expr) {
@@ -54,6 +54,12 @@ impl Checker<'_> {
             },
             ExprKind::Restrict { base, .. } => self.drawn[base.0 as usize],
         }
+    }
+
+    /// Whether an operation draws random numbers, or is given the seed to draw from.
+    fn draws_here(&self, op: &Op) -> bool {
+        let mut axes = op.args.values().flat_map(Desc::axes);
+        op.stochastic || axes.any(|axis| self.is_seed(axis))
     }
 
     fn is_seed(&self, axis: AxisId) -> bool {

@@ -10,6 +10,7 @@ mod drawn;
 mod evaluate;
 mod experiment;
 mod expr;
+mod external;
 mod family;
 mod function;
 mod gather;
@@ -30,8 +31,9 @@ mod select;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use ivx_op::{Lit, Registry};
+use ivx_op::{External, ExternalKind, Lit, Registry};
 
 use crate::ast::{Ast, Name};
 use crate::ir::{AxisId, ExprId, Groups, Spec};
@@ -62,6 +64,8 @@ pub struct File {
     pub links: BTreeMap<String, usize>,
     /// The texts of the files that its `published` name, by the path as written.
     pub texts: BTreeMap<String, String>,
+    /// What its calls name outside the spec, or why that cannot be used, by kind and name.
+    pub externals: BTreeMap<(ExternalKind, String), Result<Arc<External>, Diagnostic>>,
 }
 
 /// What the command line says about parameters.

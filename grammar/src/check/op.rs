@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use ivx_op::{ArgDecl, ArgKind, Array, Artifact, ByName, Decl, Dims, Gather, Lit, OutDecl, Port};
+use ivx_op::{
+    AnyArtifact, ArgDecl, ArgKind, Array, Artifact, ByName, Decl, Dims, Gather, Lit, OutDecl, Port,
+};
 
 use super::Checker;
 use super::expr::At;
@@ -200,11 +202,12 @@ impl<'a> Checker<'a> {
         value: Val,
         span: Span,
     ) -> Option<ExprId> {
-        let number = port.artifact == Array::KIND
+        let any = port.artifact == AnyArtifact::KIND;
+        let number = (any || port.artifact == Array::KIND)
             && matches!(&value, Val::Desc(_, ty) if super::expr::is_number(ty));
         match value {
             Val::Poison => None,
-            Val::Artifact(id) if self.spec.expr(id).artifact == port.artifact => Some(id),
+            Val::Artifact(id) if any || self.spec.expr(id).artifact == port.artifact => Some(id),
             value if number => self.array(at, value, span),
             other => {
                 let found = self.describe(&other);

@@ -223,7 +223,7 @@ impl<'a> Checker<'a> {
             Lit::Part(part) if part.name.is_empty() => Ty::Record(
                 part.args.iter().map(|(name, lit)| (name.clone(), self.type_of(lit))).collect(),
             ),
-            Lit::Held(_) => nothing(),
+            Lit::Held(_) | Lit::External(_) => nothing(),
             Lit::Part(part) => match self.registry.decl(&part.name).map(|decl| &decl.role) {
                 Some(ivx_op::Role::Part(family)) => Ty::Part((*family).to_owned()),
                 Some(ivx_op::Role::Rows(_)) => Ty::Part(super::axis::ROWS.to_owned()),

@@ -24,6 +24,7 @@ fn faults_within(items: &str, max_nodes: Option<usize>) -> Vec<Code> {
         ast,
         links: std::collections::BTreeMap::new(),
         texts: std::collections::BTreeMap::new(),
+        externals: std::collections::BTreeMap::new(),
     };
     let project = Project { files: vec![file] };
     let (_, diagnostics) =

@@ -44,6 +44,9 @@ pub(super) fn nothing() -> Ty {
 pub(super) fn fit(expected: &Ty, found: &Ty) -> Fit {
     match (expected, found) {
         (Ty::Float, Ty::Int) => Fit::Widened,
+        (Ty::Word, Ty::Str | Ty::Bool | Ty::Int | Ty::Float) | (Ty::External(_), Ty::Str) => {
+            Fit::Same
+        }
         (Ty::List(_), Ty::List(item)) if **item == nothing() => Fit::Same,
         (Ty::List(expected), Ty::List(found)) => fit(expected, found),
         (Ty::Record(expected), Ty::Record(found)) if expected.keys().eq(found.keys()) => {

@@ -55,6 +55,8 @@ pub enum ArgError {
 
 /// A type that can be a field of a declared struct.
 pub trait Arg: Sized {
+    /// Whether it says how to compute and not what.
+    const HOW: bool = false;
     /// What it takes, for the declaration.
     fn kind() -> ArgKind;
     /// Reads it from a call.
@@ -120,6 +122,28 @@ impl<T: Literal> Literal for Vec<T> {
     fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
         let Lit::List(items) = lit else { return Err(mismatch::<Self>(lit)) };
         items.iter().map(T::from_lit).collect()
+    }
+}
+
+/// A description that says how to compute and not what: a limit, a number of threads. It can change
+/// no result, and so is in no key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct How<T>(pub T);
+
+impl<T> Deref for How<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T: Literal> Arg for How<T> {
+    const HOW: bool = true;
+    fn kind() -> ArgKind {
+        ArgKind::Literal(T::ty())
+    }
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+        T::take(call, name).map(Self)
     }
 }
 

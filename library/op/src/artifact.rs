@@ -133,6 +133,24 @@ impl Data {
     }
 }
 
+/// The arrays of any safetensors file, and its metadata.
+///
+/// # Errors
+/// What is wrong with it, for the author of a spec.
+pub fn read_tensors(bytes: &[u8]) -> Result<(Tensors, BTreeMap<String, String>), String> {
+    let unread = |error| format!("it is no safetensors file: {error}");
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(unread)?;
+    let metadata = metadata.metadata().iter().flatten();
+    let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
+    let file = SafeTensors::deserialize(bytes).map_err(unread)?;
+    let arrays = file.iter().map(|(name, view)| match Data::from_view(&view) {
+        Some(data) => Ok((name.to_owned(), data)),
+        None => Err(format!("`{name}` is of {:?}; F64, F32 and U8 are read", view.dtype())),
+    });
+    let arrays = arrays.collect::<Result<_, _>>()?;
+    Ok((Tensors { arrays }, metadata))
+}
+
 /// The kind of an artifact file; `None` if it is none.
 #[must_use]
 pub fn kind_of(bytes: &[u8]) -> Option<String> {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::{RangeFrom, RangeInclusive};
 
-use crate::Lit;
+use crate::{ExternalKind, Lit};
 
 /// The type of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,6 +20,10 @@ pub enum Ty {
     Float,
     /// A string.
     Str,
+    /// A string or a number, which stands as it is written; for arguments only.
+    Word,
+    /// The name of something outside the spec; for arguments only.
+    External(ExternalKind),
     /// A list of one type.
     List(Box<Ty>),
     /// A part of a family, such as `Ke`.
@@ -35,6 +39,8 @@ impl fmt::Display for Ty {
             Self::Int => f.write_str("Int"),
             Self::Float => f.write_str("Float"),
             Self::Str => f.write_str("Str"),
+            Self::Word => f.write_str("Word"),
+            Self::External(kind) => write!(f, "{kind}"),
             Self::List(item) => write!(f, "List<{item}>"),
             Self::Part(family) => f.write_str(family),
             Self::Record(fields) => {
@@ -131,6 +137,8 @@ pub struct ArgDecl {
     pub range: Option<Range>,
     /// What its numbers count or measure.
     pub unit: Option<&'static str>,
+    /// Whether it says how to compute and not what, and so is in no key.
+    pub how: bool,
 }
 
 impl ArgDecl {

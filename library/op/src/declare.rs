@@ -57,6 +57,7 @@ macro_rules! declare {
                     default: None$(.or(Some($crate::Lit::from($default))))?,
                     range: None$(.or(Some($crate::Range::from($range))))?,
                     unit: None$(.or(Some($unit)))?,
+                    how: <$field_ty as $crate::Arg>::HOW,
                 } ),*]
             }
 

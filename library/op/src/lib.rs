@@ -9,6 +9,7 @@ mod artifact;
 mod by_name;
 mod decl;
 mod declare;
+mod external;
 mod lit;
 mod published;
 mod record;
@@ -18,14 +19,15 @@ mod rng;
 mod verdict;
 
 pub use arg::{
-    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, Literal, Many,
+    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, How, Literal, Many,
     MemberCount, Members, Named, NumericAxis, One, PortType,
 };
 pub use array::{Array, Dim, Labels};
-pub use artifact::{Artifact, Data, Tensors, distance, kind_of};
+pub use artifact::{Artifact, Data, Tensors, distance, kind_of, read_tensors};
 pub use by_name::ByName;
 pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
 pub use declare::field_name;
+pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
 pub use lit::{Args, Held, Lit, Part};
 pub use published::{Published, read_published};
 pub use record::{AnyArtifact, AnyRecord};

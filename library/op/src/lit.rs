@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::{ByName, Gathered};
+use crate::{ByName, External, Gathered};
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +22,8 @@ pub enum Lit {
     Part(Part),
     /// An artifact that a part holds.
     Held(Held),
+    /// Something outside the spec.
+    External(Arc<External>),
 }
 
 /// An artifact inside a part.
@@ -99,6 +101,7 @@ impl fmt::Display for Lit {
             }
             Self::Part(part) => write!(f, "{part}"),
             Self::Held(_) => f.write_str("something computed"),
+            Self::External(found) => write!(f, "{found}"),
         }
     }
 }

@@ -255,6 +255,11 @@ impl<T: Family + ?Sized + 'static> Parts<T> {
         self
     }
 
+    /// What the parts are called, in order.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.entries.keys().copied()
+    }
+
     /// Builds a complete part.
     ///
     /// # Errors

@@ -3,9 +3,11 @@
 mod dataset;
 mod decision;
 mod model;
+mod outputs;
 mod posterior;
 
 pub use dataset::Dataset;
 pub use decision::Decision;
 pub use model::{Model, NetModel};
+pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;

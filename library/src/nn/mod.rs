@@ -11,7 +11,7 @@ mod schedule;
 
 pub use activation::{Activation, Elu, Relu, Tanh};
 pub use fit::{fit, predict};
-pub use net::{Mlp, Net};
+pub use net::{Mlp, Net, check};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use schedule::{Constant, Linear, Schedule};
 

@@ -1,5 +1,6 @@
 //! Networks before training.
 
+use std::collections::BTreeSet;
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
@@ -7,7 +8,7 @@ use ivx_op::{Part, Parts, declare, family};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-use super::activation::Activation;
+use super::activation::{Activation, activations};
 use crate::artifact::NetModel;
 
 /// The architecture of a network.
@@ -50,6 +51,35 @@ impl Net for Mlp {
 pub(super) fn layer_shapes(hidden: &[usize]) -> Vec<(usize, usize)> {
     let widths = [&[1], hidden, &[1]].concat();
     widths.windows(2).map(|pair| (pair[0], pair[1])).collect()
+}
+
+/// Whether a network that others wrote can be evaluated.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn check(net: &NetModel) -> Result<(), String> {
+    let activations: Vec<&str> = activations().names().collect();
+    if !activations.contains(&net.activation.as_str()) {
+        let known = activations.join(", ");
+        return Err(format!("its activation is one of {known}, and not {:?}", net.activation));
+    }
+    let prefixes = if net.prior_scale == 0.0 { &[""][..] } else { &["", "prior."] };
+    let mut known = BTreeSet::new();
+    for prefix in prefixes {
+        for (i, (n_in, n_out)) in layer_shapes(&net.hidden).into_iter().enumerate() {
+            for (what, shape) in [("weight", &[n_in, n_out][..]), ("bias", &[n_out])] {
+                let name = format!("{prefix}{i}.{what}");
+                if !net.params.iter().any(|(own, found, _)| *own == name && found == shape) {
+                    return Err(format!("the array `{name}` of shape {shape:?} is not there"));
+                }
+                known.insert(name);
+            }
+        }
+    }
+    match net.params.iter().find(|(name, ..)| !known.contains(name)) {
+        Some((name, ..)) => Err(format!("the array `{name}` belongs to no layer")),
+        None => Ok(()),
+    }
 }
 
 /// The networks, by name.

@@ -1,0 +1,212 @@
+//! What a spec names outside of itself: files, programs and variables of the environment.
+//!
+//! It is looked up when the spec is read, and what it was then is what runs.
+
+use std::ffi::OsString;
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use sha2::{Digest as _, Sha256};
+
+use crate::{ArgError, ArgKind, Decl, Lit, Literal, Ty};
+
+/// Something outside the spec, as it was when the spec was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct External {
+    /// What it is called: a file by where it appears in a working folder, never by where it lies.
+    pub name: String,
+    /// The digest of what it was.
+    pub digest: [u8; 32],
+    /// What it was.
+    pub content: Content,
+}
+
+/// What stands behind a name outside the spec.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// The bytes of a file.
+    File(Arc<[u8]>),
+    /// Where a program lies.
+    Program(PathBuf),
+    /// The value of a variable; none where it is not set.
+    Variable(Option<OsString>),
+}
+
+/// A kind of thing outside the spec.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ExternalKind {
+    /// A file of the project.
+    File,
+    /// A program of this machine.
+    Program,
+    /// A variable of the environment.
+    Variable,
+}
+
+impl External {
+    /// A file with these bytes.
+    #[must_use]
+    pub fn file(name: String, bytes: Vec<u8>) -> Self {
+        let digest = Sha256::digest(&bytes).into();
+        Self { name, digest, content: Content::File(bytes.into()) }
+    }
+
+    /// A variable and its value.
+    #[must_use]
+    pub fn variable(name: String, value: Option<OsString>) -> Self {
+        let mut hash = Sha256::new();
+        if let Some(value) = &value {
+            hash.update(b"=");
+            hash.update(value.as_encoded_bytes());
+        }
+        Self { name, digest: hash.finalize().into(), content: Content::Variable(value) }
+    }
+
+    /// What kind it is.
+    #[must_use]
+    pub fn kind(&self) -> ExternalKind {
+        match self.content {
+            Content::File(_) => ExternalKind::File,
+            Content::Program(_) => ExternalKind::Program,
+            Content::Variable(_) => ExternalKind::Variable,
+        }
+    }
+}
+
+impl ExternalKind {
+    /// What arguments of a type name; `None` if they name nothing outside.
+    #[must_use]
+    pub fn of(ty: &Ty) -> Option<Self> {
+        match ty {
+            Ty::External(kind) => Some(*kind),
+            Ty::List(item) => Self::of(item),
+            _ => None,
+        }
+    }
+}
+
+impl Decl {
+    /// Its arguments that name something outside, by place.
+    pub fn externals(&self) -> impl Iterator<Item = (usize, ExternalKind)> {
+        self.args.iter().enumerate().filter_map(|(i, arg)| match &arg.kind {
+            ArgKind::Literal(ty) => ExternalKind::of(ty).map(|kind| (i, kind)),
+            _ => None,
+        })
+    }
+}
+
+impl fmt::Display for ExternalKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::File => "File",
+            Self::Program => "Program",
+            Self::Variable => "Variable",
+        })
+    }
+}
+
+/// Its name and its digest: what a key knows of it.
+impl fmt::Display for External {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Keys of many thousand nodes are made of this.
+        let digit = |nibble: u8| char::from(b"0123456789abcdef"[usize::from(nibble)]);
+        let digits = self.digest.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]);
+        let digest: String = digits.collect();
+        write!(f, "{:?} sha256:{digest}", self.name)
+    }
+}
+
+macro_rules! external {
+    ($($(#[doc = $doc:literal])+ $name:ident;)+) => {$(
+        $(#[doc = $doc])+
+        #[derive(Clone, Debug, PartialEq, Eq)]
+        pub struct $name(pub External);
+
+        impl Literal for $name {
+            fn ty() -> Ty {
+                Ty::External(ExternalKind::$name)
+            }
+            fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
+                match lit {
+                    Lit::External(found) if found.kind() == ExternalKind::$name => {
+                        Ok(Self(External::clone(found)))
+                    }
+                    _ => Err(ArgError::Type { expected: Self::ty(), found: lit.clone() }),
+                }
+            }
+        }
+
+        /// None where the name is empty.
+        impl Literal for Option<$name> {
+            fn ty() -> Ty {
+                $name::ty()
+            }
+            fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
+                match lit {
+                    Lit::Text(name) if name.is_empty() => Ok(None),
+                    _ => $name::from_lit(lit).map(Some),
+                }
+            }
+        }
+    )+};
+}
+
+external! {
+    /// A file of the project, with its bytes.
+    File;
+    /// A program of this machine.
+    Program;
+    /// A variable of the environment, with its value.
+    Variable;
+}
+
+/// Text, or a number as the language writes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word(pub String);
+
+impl Literal for Word {
+    fn ty() -> Ty {
+        Ty::Word
+    }
+    fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
+        match lit {
+            Lit::Text(text) => Ok(Self(text.clone())),
+            Lit::Int(_) | Lit::Real(_) | Lit::Bool(_) => Ok(Self(lit.to_string())),
+            _ => Err(ArgError::Type { expected: Self::ty(), found: lit.clone() }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_knows_the_name_and_the_digest() {
+        let file = External::file("train.py".into(), b"abc".to_vec());
+        // SHA-256 of "abc", FIPS 180-2 appendix B.1.
+        let digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(Lit::External(file.into()).to_string(), format!("\"train.py\" sha256:{digest}"));
+        let variable = |value: Option<&str>| External::variable("A".into(), value.map(Into::into));
+        assert_ne!(variable(None).digest, variable(Some("")).digest);
+        assert_ne!(variable(Some("x")).digest, variable(Some("")).digest);
+    }
+
+    #[test]
+    fn only_the_kind_asked_for_is_taken() {
+        let file = Lit::External(External::file("a".into(), Vec::new()).into());
+        assert!(File::from_lit(&file).is_ok() && Program::from_lit(&file).is_err());
+        assert_eq!(Option::<File>::from_lit(&Lit::from("")), Ok(None));
+        assert!(Option::<File>::from_lit(&Lit::from("a")).is_err());
+    }
+
+    #[test]
+    fn numbers_are_words() {
+        let word = |lit: Lit| Word::from_lit(&lit).map(|Word(text)| text).ok();
+        assert_eq!(word(0.5.into()).as_deref(), Some("0.5"));
+        assert_eq!(word((-3_i64).into()).as_deref(), Some("-3"));
+        assert_eq!(word("a b".into()).as_deref(), Some("a b"));
+        assert_eq!(word(vec![1.0].into()), None);
+    }
+}

@@ -1,0 +1,90 @@
+//! Columns of numbers as text.
+
+use std::collections::BTreeMap;
+
+use super::read::Columns;
+
+/// Columns of equal length under their names.
+pub(super) fn write(columns: &[(&str, &[f64])]) -> Vec<u8> {
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let mut text = names.join(",") + "\n";
+    for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
+        let row: Vec<String> =
+            columns.iter().map(|(_, values)| format!("{:?}", values[row])).collect();
+        text += &row.join(",");
+        text.push('\n');
+    }
+    text.into_bytes()
+}
+
+/// The columns of a file whose first line has their names.
+///
+/// # Errors
+/// What is wrong with it, with the line.
+pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
+    let text = std::str::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text.lines();
+    let header = lines.next().filter(|line| !line.trim().is_empty());
+    let header = header.ok_or("its first line has no names of columns")?;
+    let names: Vec<&str> = header.split(',').map(|name| unquoted(name.trim())).collect();
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+    for (number, line) in (2..).zip(lines) {
+        let values: Vec<&str> = line.split(',').map(|value| unquoted(value.trim())).collect();
+        if values.len() != names.len() {
+            let (n, columns) = (values.len(), names.len());
+            return Err(format!("line {number} has {n} values for {columns} columns"));
+        }
+        for (column, value) in columns.iter_mut().zip(values) {
+            let value = value.parse();
+            let odd = |_| format!("line {number} has a value that is no number");
+            column.push(value.map_err(odd)?);
+        }
+    }
+    let n = columns.first().map_or(0, Vec::len);
+    let mut read = BTreeMap::new();
+    for (name, column) in names.into_iter().zip(columns) {
+        if read.insert(name.to_owned(), (vec![n], column)).is_some() {
+            return Err(format!("two columns are called `{name}`"));
+        }
+    }
+    Ok(read)
+}
+
+fn unquoted(text: &str) -> &str {
+    text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_to_the_bit() {
+        let (x, y) = ([0.1, -0.0, 1e300], [f64::MIN_POSITIVE, f64::INFINITY, 1.0 / 3.0]);
+        let read = read(&write(&[("x", &x), ("y", &y)])).unwrap();
+        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&read["x"].1), bits(&x));
+        assert_eq!(bits(&read["y"].1), bits(&y));
+    }
+
+    #[test]
+    fn other_writers_are_understood() {
+        let expected = Columns::from([("a b".to_owned(), (vec![2], vec![1.0, 2.5]))]);
+        assert_eq!(read(b"\xef\xbb\xbf\"a b\"\r\n1\r\n 2.5 \r\n"), Ok(expected));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told() {
+        let check = |text: &str, expected: &str| {
+            let why = read(text.as_bytes()).unwrap_err();
+            assert!(why.contains(expected), "{why}");
+        };
+        check("", "no names of columns");
+        check("x,y\n1\n", "line 2 has 1 values for 2 columns");
+        check("x,y\n1,2\n1,two\n", "line 3 has a value that is no number");
+        check("x,y\n1,2\n\n", "line 3 has 1 values");
+        check("x,x\n1,2\n", "two columns are called `x`");
+        assert!(read(b"x\n\xff\n").unwrap_err().contains("UTF-8"));
+    }
+}

@@ -1,0 +1,127 @@
+//! What was computed before, as files.
+
+use std::fmt::Debug;
+use std::sync::LazyLock;
+
+use ivx_op::{AnyArtifact, Array, Artifact, Labels, One, OpError, Parts, declare, family, kind_of};
+use serde_json::{Value, json};
+
+use super::{csv, npz};
+use crate::artifact::{Blob, Dataset};
+
+/// A file that a program is given.
+pub trait Input: Debug + Send + Sync {
+    /// Its name in the working folder, and its bytes.
+    ///
+    /// # Errors
+    /// If what it is made of cannot be written so.
+    fn write(&self) -> Result<(String, Vec<u8>), OpError>;
+}
+
+declare! {
+    /// Something computed as a file, written as the extension of its name says.
+    ///
+    /// - `.csv` and `.npz`: a `Dataset`, with the columns or arrays `x` and `y`.
+    /// - `.json`: a number, or an array as `dims` and `values`, last dimension fastest.
+    /// - `.safetensors`: a `Dataset`, a `Model` or anything else but a `File`.
+    /// - Any: a `File`, as it is.
+    pub struct AsFile = "as_file" @ 1 {
+        /// What was computed, or a number.
+        value: One<AnyArtifact>;
+        /// Its name in the working folder.
+        name: String;
+    }
+}
+
+impl Input for AsFile {
+    fn write(&self) -> Result<(String, Vec<u8>), OpError> {
+        let AnyArtifact(bytes) = &self.value.0;
+        let kind = kind_of(bytes).unwrap_or_default();
+        let extension = self.name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        let read = |what: &str| OpError::Failed(format!("the {what} does not decode"));
+        let bytes = match (kind.as_str(), extension) {
+            (Blob::KIND, _) => Blob::decode(bytes).ok_or_else(|| read(&kind))?.0,
+            (_, "safetensors") => bytes.clone(),
+            (Dataset::KIND, "csv" | "npz") => {
+                let data = Dataset::decode(bytes).ok_or_else(|| read(&kind))?;
+                let columns = [("x", data.x.as_slice()), ("y", &data.y)];
+                if extension == "csv" { csv::write(&columns) } else { npz::write(&columns) }
+            }
+            (Array::KIND, "json") => json_of(&Array::decode(bytes).ok_or_else(|| read(&kind))?)?,
+            _ => {
+                let found = if kind == Array::KIND { "a number or an array" } else { &kind };
+                let how = match kind.as_str() {
+                    Array::KIND => "`.json` or `.safetensors`",
+                    Dataset::KIND => "`.csv`, `.npz` or `.safetensors`",
+                    _ => "`.safetensors`",
+                };
+                let why =
+                    format!("{found} is not written as {:?}; end its name in {how}", self.name);
+                return Err(OpError::Failed(why));
+            }
+        };
+        Ok((self.name.clone(), bytes))
+    }
+}
+
+fn json_of(array: &Array) -> Result<Vec<u8>, OpError> {
+    if let Some(odd) = array.values.iter().find(|x| !x.is_finite()) {
+        return Err(OpError::Failed(format!("{odd} is no number of JSON; use `.safetensors`")));
+    }
+    let value = if array.dims.is_empty() {
+        json!(array.values[0])
+    } else {
+        let dims = array.dims.iter().map(|dim| {
+            let labels = match &dim.labels {
+                Labels::Numbers(numbers) => json!(numbers),
+                Labels::Names(names) => json!(names),
+            };
+            json!({ "name": dim.name, "labels": labels })
+        });
+        json!({ "dims": dims.collect::<Vec<Value>>(), "values": array.values })
+    };
+    Ok(value.to_string().into_bytes())
+}
+
+/// The inputs, by name.
+pub(super) fn inputs() -> &'static Parts<dyn Input> {
+    static TABLE: LazyLock<Parts<dyn Input>> =
+        LazyLock::new(|| Parts::<dyn Input>::new().with(|x: AsFile| Box::new(x)));
+    &TABLE
+}
+
+family!(dyn Input, "Input", inputs);
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::Dim;
+
+    use super::*;
+    use crate::artifact::Model;
+
+    fn written(value: &impl Artifact, name: &str) -> Result<Vec<u8>, String> {
+        let file = AsFile { value: One(AnyArtifact(value.encode())), name: name.to_owned() };
+        file.write().map(|(_, bytes)| bytes).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_extension_says_how() {
+        let data = Dataset { x: vec![0.1, -2.0], y: vec![1e-9, 3.0] };
+        assert_eq!(written(&data, "a.csv").unwrap(), b"x,y\n0.1,1e-9\n-2.0,3.0\n");
+        assert_eq!(written(&data, "a.safetensors").unwrap(), data.encode());
+        assert_eq!(written(&Array::scalar(0.1), "a.json").unwrap(), b"0.1");
+        let names = Labels::Names(vec!["u".to_owned(), "v".to_owned()]);
+        let array = Array::series(Dim::new("k", names), vec![1.0, 2.5]);
+        let expected = r#"{"dims":[{"labels":["u","v"],"name":"k"}],"values":[1.0,2.5]}"#;
+        assert_eq!(String::from_utf8(written(&array, "a.json").unwrap()).unwrap(), expected);
+        assert_eq!(written(&Blob(b"b".to_vec()), "any.thing").unwrap(), b"b");
+    }
+
+    #[test]
+    fn what_does_not_fit_is_told() {
+        let why = written(&Model::Polynomial(vec![1.0]), "model.csv").unwrap_err();
+        assert_eq!(why, "Model is not written as \"model.csv\"; end its name in `.safetensors`");
+        assert!(written(&Array::scalar(1.0), "a").unwrap_err().contains("`.json`"));
+        assert!(written(&Array::scalar(f64::NAN), "a.json").unwrap_err().contains("NaN"));
+    }
+}

@@ -1,0 +1,42 @@
+//! Other programs as nodes: what they are given, how they run, and what is read from what they
+//! leave behind.
+//!
+//! A program sees an empty folder with the files it was given, and an environment with the variables
+//! it was given. Nothing keeps it from the network, from other files or from the clock.
+
+mod csv;
+mod folder;
+mod input;
+mod npz;
+mod outside;
+mod process;
+mod read;
+mod run;
+mod setting;
+mod watch;
+
+use ivx_op::Registry;
+
+pub use input::{AsFile, Input};
+pub use outside::{file, program, variable};
+pub use read::{ReadDataset, ReadFile, ReadModel, ReadScalar};
+pub use run::RunProgram;
+pub use setting::{Inherited, SetVariable, Setting};
+
+/// Kills every program that runs and removes its folder: for a process that is about to end.
+pub fn abandon_all() {
+    process::kill_all();
+    folder::remove_all();
+}
+
+/// Adds what this folder declares.
+pub(crate) fn register(registry: Registry) -> Registry {
+    registry
+        .parts(input::inputs())
+        .parts(setting::settings())
+        .op::<RunProgram>()
+        .op::<ReadScalar>()
+        .op::<ReadDataset>()
+        .op::<ReadModel>()
+        .op::<ReadFile>()
+}

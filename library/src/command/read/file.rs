@@ -1,0 +1,38 @@
+//! A file as it is.
+
+use ivx_op::{Ctx, One, Op, OpError, declare};
+
+use super::output;
+use crate::artifact::{Blob, Outputs};
+
+declare! {
+    /// One file that a program wrote, as it is: for `as_file`, which gives it to another.
+    pub struct ReadFile = "read_file" @ 1 -> Blob {
+        /// What `command` left behind.
+        outputs: One<Outputs>;
+        /// The file's name.
+        name: String;
+    }
+}
+
+impl Op for ReadFile {
+    fn run(&self, _: &Ctx) -> Result<Blob, OpError> {
+        output(&self.outputs, &self.name).map(|bytes| Blob(bytes.to_vec()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_found_by_its_name() {
+        let outputs = Outputs { files: [("a".to_owned(), b"x".to_vec())].into() };
+        let read = |name: &str| {
+            let read = ReadFile { outputs: One(outputs.clone()), name: name.to_owned() };
+            read.run(&Ctx::new("read_file", 0, None)).map_err(|error| error.to_string())
+        };
+        assert_eq!(read("a"), Ok(Blob(b"x".to_vec())));
+        assert_eq!(read("b"), Err("there is no output `b`; there is `a`".to_owned()));
+    }
+}
