@@ -15,6 +15,7 @@ mod lock;
 mod objects;
 mod record;
 mod sweep;
+mod written;
 
 pub use cache::{Cache, Committed, Stats};
 pub use checkpoints::Checkpoints;
