@@ -11,6 +11,7 @@ mod ops;
 mod plan;
 mod summary;
 mod verify;
+mod why;
 
 use std::io::{IsTerminal as _, Write};
 
@@ -34,6 +35,7 @@ pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
 pub(crate) use verify::verify;
+pub(crate) use why::why;
 
 /// A spec that can run.
 struct Ready {

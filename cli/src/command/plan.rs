@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use ivx_cache::Cache;
-use ivx_engine::{Foreseen, Plan, expand, foresee, platform};
+use ivx_engine::{Foreseen, Plan, Step, expand, foresee, platform};
 use petgraph::visit::EdgeRef as _;
+use serde_json::{Value, json};
 
 use super::ready;
 use crate::{OK, Trouble, WRONG, args, project};
@@ -17,8 +18,12 @@ pub(crate) fn plan(
 ) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry);
-    let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    let cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
     let foreseen = foresee(&plan, &ready.registry, &cache);
+    if args.format == args::Format::Json {
+        writeln!(out, "{:#}", as_json(&plan, &foreseen))?;
+        return Ok(OK);
+    }
     if args.dot {
         dot(&plan, &foreseen, out)?;
         return Ok(OK);
@@ -55,12 +60,19 @@ pub(crate) fn plan(
     Ok(OK)
 }
 
-fn word(foreseen: Foreseen) -> &'static str {
+/// What a run would do with a node, in a word.
+pub(super) fn word(foreseen: Foreseen) -> &'static str {
     match foreseen {
         Foreseen::Hit => "hit",
         Foreseen::Run => "run",
         Foreseen::Unknown => "unknown",
     }
+}
+
+fn as_json(plan: &Plan, foreseen: &[Foreseen]) -> Value {
+    let node = |(step, foreseen): (&Step, &Foreseen)| json!({ "address": step.address, "operation": step.op, "state": word(*foreseen) });
+    let nodes: Vec<Value> = plan.graph.node_weights().zip(foreseen).map(node).collect();
+    json!({ "nodes": nodes })
 }
 
 fn dot(plan: &Plan, foreseen: &[Foreseen], out: &mut dyn Write) -> std::io::Result<()> {
