@@ -165,6 +165,11 @@ impl Cache {
         }
     }
 
+    /// Whether a record with the same result is known, or why it cannot be added.
+    pub(crate) fn knows(&self, record: &Record) -> Result<bool, Box<Conflict>> {
+        find(&self.records, record).map(|known| known.is_some())
+    }
+
     /// The journal of this process, begun with the first commit.
     fn journal(&mut self) -> Result<&mut Journal, CacheError> {
         let journal = match self.journal.take() {

@@ -1,8 +1,12 @@
 //! The command line.
 
+mod cache;
+
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
+
+pub(crate) use cache::*;
 
 /// Reproducible machine-learning experiments as dataflow over named axes.
 #[derive(Debug, Parser)]
@@ -50,6 +54,9 @@ Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[
     /// Say what a fault such as IVX0302 means, or list them all.
     #[command(after_help = "Example: ivx explain IVX0302")]
     Explain(Explain),
+    /// Take results out of the cache, or in.
+    #[command(subcommand, after_help = "Example: ivx cache export results.ivxa")]
+    Cache(Cache),
     /// Write a small spec to begin with.
     #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
     New(New),

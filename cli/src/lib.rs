@@ -74,6 +74,7 @@ pub fn run(
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
         Command::Explain(args) => command::explain(args, out, err),
+        Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
     };
     match done {

@@ -1,5 +1,7 @@
 //! What a run would do, as far as it can be known without running.
 
+use std::collections::BTreeSet;
+
 use ivx_cache::{Cache, Digest, Record};
 use ivx_op::Registry;
 
@@ -56,6 +58,13 @@ pub(crate) fn known<'c>(plan: &Plan, registry: &Registry, cache: &'c Cache) -> V
         known.push(Known { key, record });
     }
     known
+}
+
+/// The keys of the nodes whose results are known.
+#[must_use]
+pub fn recorded(plan: &Plan, registry: &Registry, cache: &Cache) -> BTreeSet<Digest> {
+    let known = known(plan, registry, cache).into_iter();
+    known.filter(|known| known.record.is_some()).filter_map(|known| known.key).collect()
 }
 
 /// What a run would do, by the index of the node.

@@ -1,5 +1,6 @@
 //! One file a subcommand.
 
+mod cache;
 mod check;
 mod diff;
 mod exec;
@@ -26,6 +27,7 @@ use crate::load::{Loaded, load};
 use crate::render::render;
 use crate::{Trouble, colours};
 
+pub(crate) use cache::cache;
 pub(crate) use check::check;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
