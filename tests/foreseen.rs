@@ -218,6 +218,25 @@ fn a_plan_tells_a_program_what_it_tells_a_person() {
 }
 
 #[test]
+fn hits_without_bytes_are_told() {
+    let spec = SMALL.replace("hidden: [8]", "hidden: [32, 32]");
+    let project = Project::with(&[("small.ivx", &spec)]);
+    project.executed("small.ivx", &[]);
+    let said = |command: &str, rest: &[&str]| project.run(command, "small.ivx", rest).out;
+    let model = "small/model[seed=0]/member[0]";
+    assert!(!said("plan", &[]).contains("gone") && !said("why", &[model]).contains("gone"));
+    fs::remove_dir_all(project.path(".ivx/cache/objects")).expect("objects can be removed");
+    let told = said("plan", &[]);
+    let last = "the bytes of 4 hits are gone: where one is needed, its node runs again\n";
+    assert!(told.ends_with(last), "{told}");
+    assert!(said("why", &[model]).ends_with("where they are needed, it runs again\n"));
+    let told: Value =
+        serde_json::from_str(&said("plan", &["--format", "json"])).expect("it is JSON");
+    let nodes = told["nodes"].as_array().expect("nodes are a list");
+    assert_eq!(nodes.iter().filter(|node| node["gone"] == true).count(), 4);
+}
+
+#[test]
 fn foreseeing_leaves_the_cache_alone_or_away() {
     let project = Project::with(&[("small.ivx", SMALL)]);
     let (cache, asked) =

@@ -60,6 +60,14 @@ pub(crate) fn known<'c>(plan: &Plan, registry: &Registry, cache: &'c Cache) -> V
     known
 }
 
+/// Whether the result of each node is known and its bytes are gone.
+#[must_use]
+pub fn gone(plan: &Plan, registry: &Registry, cache: &Cache) -> Vec<bool> {
+    let objects = cache.objects();
+    let known = known(plan, registry, cache).into_iter();
+    known.map(|known| known.record.is_some_and(|record| !objects.has(&record.output))).collect()
+}
+
 /// The keys of the nodes whose results are known.
 #[must_use]
 pub fn recorded(plan: &Plan, registry: &Registry, cache: &Cache) -> BTreeSet<Digest> {

@@ -39,6 +39,8 @@ pub struct Earlier<'c> {
     pub record: &'c Record,
     /// When its journal was begun, where that is known.
     pub begun: Option<SystemTime>,
+    /// Whether the bytes of its result are gone.
+    pub gone: bool,
 }
 
 /// An input that differs or is not known.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use ivx_cache::Cache;
-use ivx_engine::{Foreseen, Plan, Step, expand, foresee, platform};
+use ivx_engine::{Foreseen, Plan, Step, expand, foresee, gone, platform};
 use petgraph::visit::EdgeRef as _;
 use serde_json::{Value, json};
 
@@ -20,8 +20,9 @@ pub(crate) fn plan(
     let plan = expand(&ready.spec, &ready.registry);
     let cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
     let foreseen = foresee(&plan, &ready.registry, &cache);
+    let gone = gone(&plan, &ready.registry, &cache);
     if args.format == args::Format::Json {
-        writeln!(out, "{:#}", as_json(&plan, &foreseen))?;
+        writeln!(out, "{:#}", as_json(&plan, &foreseen, &gone))?;
         return Ok(OK);
     }
     if args.dot {
@@ -57,6 +58,13 @@ pub(crate) fn plan(
         "{} nodes: {hit} hit, {run} run, {unknown} unknown until their inputs have run",
         foreseen.len()
     )?;
+    let gone = gone.iter().filter(|gone| **gone).count();
+    if gone > 0 {
+        writeln!(
+            out,
+            "the bytes of {gone} hits are gone: where one is needed, its node runs again"
+        )?;
+    }
     Ok(OK)
 }
 
@@ -69,9 +77,12 @@ pub(super) fn word(foreseen: Foreseen) -> &'static str {
     }
 }
 
-fn as_json(plan: &Plan, foreseen: &[Foreseen]) -> Value {
-    let node = |(step, foreseen): (&Step, &Foreseen)| json!({ "address": step.address, "operation": step.op, "state": word(*foreseen) });
-    let nodes: Vec<Value> = plan.graph.node_weights().zip(foreseen).map(node).collect();
+fn as_json(plan: &Plan, foreseen: &[Foreseen], gone: &[bool]) -> Value {
+    let node = |((step, foreseen), gone): ((&Step, &Foreseen), &bool)| {
+        let state = word(*foreseen);
+        json!({ "address": step.address, "operation": step.op, "state": state, "gone": gone })
+    };
+    let nodes: Vec<Value> = plan.graph.node_weights().zip(foreseen).zip(gone).map(node).collect();
     json!({ "nodes": nodes })
 }
 

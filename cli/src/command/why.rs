@@ -10,6 +10,7 @@ use ivx_engine::{NodeIndex, Plan, expand, platform};
 use ivx_grammar::suggest;
 
 use super::{Ready, ready};
+use crate::render::safe;
 use crate::setter::{Setter, setter};
 use crate::{OK, Trouble, WRONG, args, project};
 
@@ -38,11 +39,17 @@ pub(crate) fn why(
     let cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
     let all = ivx_engine::why(&plan, &ready.registry, &cache, &nodes)?;
     let told = Told { ready: &ready, plan: &plan };
-    match (args.format, &all[..]) {
-        (args::Format::Json, all) => json::write(&told, all, out)?,
-        (args::Format::Text, [one]) => text::one(&told, one, out)?,
-        (args::Format::Text, all) => text::several(&told, &args.node, all, out)?,
+    if args.format == args::Format::Json {
+        json::write(&told, &all, out)?;
+        return Ok(OK);
     }
+    let mut text = Vec::new();
+    match &all[..] {
+        [one] => text::one(&told, one, &mut text)?,
+        all => text::several(&told, &args.node, all, &mut text)?,
+    }
+    // Records may come from anyone's archive.
+    write!(out, "{}", safe(&String::from_utf8_lossy(&text)))?;
     Ok(OK)
 }
 

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::SystemTime;
 
-use ivx_cache::{Cache, CacheError, Digest, Record};
+use ivx_cache::{Cache, CacheError, Digest, Objects, Record};
 use ivx_op::Registry;
 use petgraph::graph::NodeIndex;
 
@@ -17,8 +17,9 @@ use crate::key::{number_digest, walk};
 use crate::plan::{Plan, Source};
 use crate::platform::platform;
 
-/// Where no record has the node's address, only so many of the operation are compared.
-const MOST_COMPARED: usize = 1000;
+/// So many comparisons are made for nodes of whose address there is no record, before those with
+/// records of like names are compared with these only.
+const MOST_COMPARISONS: usize = 2_000_000;
 
 /// A record and what its explanation says.
 struct Past<'c> {
@@ -60,9 +61,11 @@ pub(super) struct Search<'a, 'c> {
     plan: &'a Plan,
     pub(super) known: Vec<Known<'c>>,
     platform: String,
+    objects: Objects,
     past: Vec<Past<'c>>,
     by_op: BTreeMap<&'c str, Vec<usize>>,
-    by_address: BTreeMap<&'c str, Vec<usize>>,
+    /// By operation and address, and by what is left of the address in [`names`].
+    by_name: BTreeMap<(&'c str, &'c str), Vec<usize>>,
     by_output: BTreeMap<Digest, Vec<usize>>,
     /// The nodes whose outputs are known, by these.
     outputs: BTreeMap<Digest, NodeIndex>,
@@ -87,9 +90,10 @@ impl<'a, 'c> Search<'a, 'c> {
             outputs: plan.graph.node_indices().filter_map(output).collect(),
             known,
             platform: platform(),
+            objects: cache.objects(),
             past: Vec::new(),
             by_op: BTreeMap::new(),
-            by_address: BTreeMap::new(),
+            by_name: BTreeMap::new(),
             by_output: BTreeMap::new(),
             here: (0..plan.graph.node_count()).map(|_| OnceCell::new()).collect(),
             registry,
@@ -99,8 +103,11 @@ impl<'a, 'c> Search<'a, 'c> {
         for record in cache.records() {
             let i = search.past.len();
             let provenance = &record.provenance;
-            search.by_op.entry(name(&provenance.op)).or_default().push(i);
-            search.by_address.entry(&provenance.node).or_default().push(i);
+            let op = name(&provenance.op);
+            search.by_op.entry(op).or_default().push(i);
+            for own in names(&provenance.node) {
+                search.by_name.entry((op, own)).or_default().push(i);
+            }
             search.by_output.entry(record.output.digest).or_default().push(i);
             let begun = written.get(&(record.key, record.platform.clone())).copied();
             search.past.push(Past { record, begun, read: OnceCell::new() });
@@ -133,16 +140,17 @@ impl<'a, 'c> Search<'a, 'c> {
                 todo.extend(self.plan.graph[node].sources().filter_map(|source| source.node()));
             }
         }
+        let most = MOST_COMPARISONS / wanted.len().max(1);
         // Inputs have smaller indices, so that theirs are known first.
         for node in wanted {
             let step = &self.plan.graph[node];
-            let of_op = |i: &usize| name(&self.past[*i].record.provenance.op) == step.op;
-            let own = self.by_address.get(step.address.as_str()).into_iter().flatten();
-            let mut candidates: Vec<usize> = own.copied().filter(of_op).collect();
-            if candidates.is_empty() {
-                candidates = self.by_op.get(step.op.as_str()).cloned().unwrap_or_default();
-                candidates.sort_by_key(|i| Reverse(self.past[*i].begun));
-                candidates.truncate(MOST_COMPARED);
+            let of_op = self.by_op.get(step.op.as_str()).map(Vec::as_slice).unwrap_or_default();
+            let of_name = |own| self.by_name.get(&(step.op.as_str(), own)).map(Vec::as_slice);
+            let [address, inside, stem] = names(&step.address);
+            let mut candidates = of_name(address).unwrap_or(of_op);
+            if candidates.len() > most {
+                candidates = of_name(inside).or_else(|| of_name(stem)).unwrap_or(of_op);
+                candidates = &candidates[..candidates.len().min(most)];
             }
             let nearest = self.best(node, candidates);
             self.nearest.insert(node, nearest);
@@ -150,8 +158,8 @@ impl<'a, 'c> Search<'a, 'c> {
     }
 
     /// The record nearest to a node.
-    fn best(&self, node: NodeIndex, candidates: Vec<usize>) -> Option<usize> {
-        candidates.into_iter().min_by_key(|i| {
+    fn best(&self, node: NodeIndex, candidates: &[usize]) -> Option<usize> {
+        candidates.iter().copied().min_by_key(|i| {
             let record = self.past[*i].record;
             let elsewhere = record.provenance.node != self.plan.graph[node].address;
             let foreign = record.platform != self.platform;
@@ -289,7 +297,7 @@ impl<'a, 'c> Search<'a, 'c> {
         let of_op =
             |i: &&usize| name(&self.past[**i].record.provenance.op) == self.plan.graph[node].op;
         let own: Vec<usize> = all.iter().filter(of_op).copied().collect();
-        self.best(node, if own.is_empty() { all.clone() } else { own })
+        self.best(node, if own.is_empty() { all } else { &own })
     }
 
     /// Where the changes of each pair began, by what is different there.
@@ -337,9 +345,10 @@ impl<'a, 'c> Search<'a, 'c> {
             let alike = &self.by_output[&own.output.digest];
             alike.iter().copied().find(|i| std::ptr::eq(self.past[*i].record, own))
         });
-        let record = own
-            .or(nearest)
-            .map(|i| Earlier { record: self.past[i].record, begun: self.past[i].begun });
+        let record = own.or(nearest).map(|i| {
+            let Past { record, begun, .. } = self.past[i];
+            Earlier { record, begun, gone: !self.objects.has(&record.output) }
+        });
         let compared = self.compared.get(&pair);
         let inputs = compared.into_iter().flat_map(|compared| &compared.inputs).map(|link| {
             let all = link.pair.into_iter().flat_map(|pair| causes[&pair].values());
@@ -358,4 +367,11 @@ impl<'a, 'c> Search<'a, 'c> {
         let differences = compared.map_or_else(Vec::new, |compared| compared.differences.clone());
         Why { node, foreseen, key, record, differences, inputs }
     }
+}
+
+/// An address, the same without its experiment, and that without coordinates.
+fn names(address: &str) -> [&str; 3] {
+    let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
+    let stem = inside.split(['[', '/']).next().unwrap_or(inside);
+    [address, inside, stem]
 }

@@ -45,6 +45,7 @@ fn record(earlier: &Earlier<'_>) -> Value {
         "key": record.key.to_string(),
         "output": record.output.digest.to_string(),
         "bytes": record.output.size,
+        "gone": earlier.gone,
     })
 }
 

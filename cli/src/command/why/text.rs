@@ -98,7 +98,11 @@ fn hit(earlier: &Earlier<'_>, address: &str, out: &mut dyn Write) -> io::Result<
     };
     writeln!(out, "  by {build}, on {}", record.platform)?;
     let (key, output) = (record.key, record.output.digest);
-    writeln!(out, "  key {key}\n  output {output}, {} bytes", record.output.size)
+    writeln!(out, "  key {key}\n  output {output}, {} bytes", record.output.size)?;
+    if earlier.gone {
+        writeln!(out, "its bytes are gone: where they are needed, it runs again")?;
+    }
+    Ok(())
 }
 
 fn short(digest: &str) -> &str {
