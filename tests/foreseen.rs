@@ -82,6 +82,7 @@ proptest! {
         let registry = ivx_library::registry();
         let (mut experiment, mut writing) = (first.clone(), Writing::default());
         check(&writing.of(&experiment), &registry, root.path());
+        assert!(!files(&root.path().join("objects")).is_empty(), "some results are objects");
         for (edit, loss) in edits {
             match edit {
                 Edit::Change(change) => change(&mut experiment),

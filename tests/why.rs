@@ -1,5 +1,7 @@
 //! `ivx why`, as a person and a program see it.
 
+use ivx_cache::Cache;
+use ivx_engine::platform;
 use serde_json::Value;
 
 use crate::project::Project;
@@ -119,6 +121,33 @@ fn what_is_known_is_told_with_its_record() {
     project.write("small.ivx", &SMALL.replace("data", "seen"));
     let said = why(&project, "small/seen[seed=1]", &[]);
     assert!(said.contains("  as small/data[seed=1], which computes the same"), "{said}");
+}
+
+#[test]
+fn records_of_another_build_and_platform_are_told_as_such() {
+    let (made, project) = (small(), Project::with(&[("small.ivx", SMALL)]));
+    let open = |project: &Project| {
+        Cache::open(&project.path(".ivx/cache"), &platform()).expect("the cache opens")
+    };
+    let mut cache = open(&project);
+    for record in open(&made).records() {
+        let mut record = record.clone();
+        record.provenance.library = "0123456789abcdef".to_owned();
+        record.platform = "elsewhere".to_owned();
+        cache.commit(record).expect("the disk works");
+    }
+    cache.close().expect("the disk works");
+    let data = "small/data[seed=1]";
+    let said = project.run("why", "small.ivx", &[data]).out;
+    assert!(
+        said.contains("\n  by another build of the library (01234567), on elsewhere\n"),
+        "{said}"
+    );
+    assert_eq!(json(&project, data, &[])["nodes"][0]["record"]["this_library"], false);
+    project.write("small.ivx", &SMALL.replace("n: 8)", "n: 9)"));
+    let said = project.run("why", "small.ivx", &[data]).out;
+    let last = "\n  by another build of the library (01234567)\n  on elsewhere\n- `sample.n` was 8, is 9\n";
+    assert!(said.ends_with(last), "{said}");
 }
 
 #[test]

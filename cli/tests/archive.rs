@@ -2,14 +2,15 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 const SPEC: &str = r#"edition "2026"
 
 experiment packed {
+    param steps: Int = 2
     axis seed = 0..2
     let data = sample(sinusoids(), n: 10)
-    let model = train(ensemble(map_estimate(net: mlp(hidden: [40, 40])), members: 2), on: data, steps: 2)
+    let model = train(ensemble(map_estimate(net: mlp(hidden: [40, 40])), members: 2), on: data, steps: steps)
     measure spread = mean(std(predict(model, at: grid(-1.0, 1.0, points: 11)), over: member), over: x)
 }
 "#;
@@ -61,4 +62,26 @@ fn an_archive_is_taken_in_or_refused() {
     assert_eq!(refused.status.code(), Some(3));
     let why = String::from_utf8_lossy(&refused.stderr);
     assert!(why.starts_with("error: all.ivxa: the archive is refused: "), "{why}");
+}
+
+#[test]
+fn an_archive_is_taken_in_beside_a_run() {
+    let (from, to) = (project(), project());
+    said(from.path(), &["exec", "packed.ivx"]);
+    said(from.path(), &["cache", "export", "all.ivxa"]);
+    fs::copy(from.path().join("all.ivxa"), to.path().join("all.ivxa"))
+        .expect("files can be copied");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_ivx"));
+    let run = run.args(["exec", "packed.ivx", "--set", "steps=400"]).current_dir(to.path());
+    let run = run.env_remove("IVX_CACHE").stdout(Stdio::piped()).stderr(Stdio::piped());
+    let run = run.spawn().expect("the command starts");
+    for _ in 0..3 {
+        said(to.path(), &["cache", "import", "all.ivxa"]);
+    }
+    let ended = run.wait_with_output().expect("the command ends");
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    for steps in ["steps=2", "steps=400"] {
+        let planned = said(to.path(), &["plan", "packed.ivx", "--set", steps]);
+        assert!(planned.contains(" hit, 0 run, 0 unknown"), "{planned}");
+    }
 }

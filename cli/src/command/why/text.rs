@@ -23,11 +23,7 @@ pub(super) fn one(told: &Told<'_>, why: &Why<'_>, out: &mut dyn Write) -> io::Re
     match &why.record {
         None => writeln!(out, "the cache has no record of `{}`", step.op)?,
         Some(earlier) if why.foreseen == Foreseen::Hit => hit(earlier, &step.address, out)?,
-        Some(earlier) => {
-            let own = earlier.record.provenance.node == step.address;
-            let which = if own { "of this node" } else { "is of another node" };
-            writeln!(out, "the nearest earlier record {which}:\n  {}", made(earlier))?;
-        }
+        Some(earlier) => nearest(earlier, &step.address, out)?,
     }
     for line in lines(told, why) {
         writeln!(out, "- {line}")?;
@@ -91,11 +87,7 @@ fn hit(earlier: &Earlier<'_>, address: &str, out: &mut dyn Write) -> io::Result<
     if record.provenance.node != address {
         writeln!(out, "  as {}, which computes the same", record.provenance.node)?;
     }
-    let build = if record.provenance.library == ivx_library::SOURCE_DIGEST {
-        "this build of the library".to_owned()
-    } else {
-        format!("another build of the library ({})", short(&record.provenance.library))
-    };
+    let build = another_build(earlier).unwrap_or_else(|| "this build of the library".to_owned());
     writeln!(out, "  by {build}, on {}", record.platform)?;
     let (key, output) = (record.key, record.output.digest);
     writeln!(out, "  key {key}\n  output {output}, {} bytes", record.output.size)?;
@@ -105,8 +97,25 @@ fn hit(earlier: &Earlier<'_>, address: &str, out: &mut dyn Write) -> io::Result<
     Ok(())
 }
 
-fn short(digest: &str) -> &str {
-    digest.get(..8).unwrap_or(digest)
+/// Says of which node the nearest record is, and what else made it otherwise, though that is no
+/// part of the key.
+fn nearest(earlier: &Earlier<'_>, address: &str, out: &mut dyn Write) -> io::Result<()> {
+    let own = earlier.record.provenance.node == address;
+    let which = if own { "of this node" } else { "is of another node" };
+    writeln!(out, "the nearest earlier record {which}:\n  {}", made(earlier))?;
+    if let Some(build) = another_build(earlier) {
+        writeln!(out, "  by {build}")?;
+    }
+    let platform = &earlier.record.platform;
+    if *platform == ivx_engine::platform() { Ok(()) } else { writeln!(out, "  on {platform}") }
+}
+
+/// The build that made a record, if it is another than this.
+fn another_build(earlier: &Earlier<'_>) -> Option<String> {
+    let library = &earlier.record.provenance.library;
+    let short = library.get(..8).unwrap_or(library);
+    (library != ivx_library::SOURCE_DIGEST)
+        .then(|| format!("another build of the library ({short})"))
 }
 
 /// `e/data[seed=0], sample@1, made in 3 ms, in a journal begun 2026-11-25 01:51:24 UTC`.
