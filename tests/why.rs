@@ -193,3 +193,23 @@ the cache has no record of `regret`
     assert_eq!(said, expected);
     assert!(!project.path(".ivx/cache").exists());
 }
+
+#[test]
+fn a_node_goes_by_all_names_of_its_equals() {
+    let twin =
+        SMALL.replace("edition \"2026\"\n", "").replace("experiment small", "experiment twin");
+    let twin = twin.replace("figure \"", "figure \"twin ").replace("table \"", "table \"twin ");
+    let twin = twin.replace("sample(reward, n: 8)", "sample(reward, n: seeds + 6)");
+    let project = Project::with(&[("small.ivx", &(SMALL.to_owned() + &twin))]);
+    project.executed("small.ivx", &[]);
+    let said = why(&project, "twin/data[seed=0]", &[]);
+    let expected = "\
+twin/data[seed=0] has nodes that equal others, which they are told as:
+hit      small/data[seed=0]  (sample)
+";
+    assert!(said.starts_with(expected), "{said}");
+    let said = why(&project, "twin/model", &["--set", "twin.seeds=3"]);
+    assert!(said.contains("nodes begin with twin/model: 0 hit, 0 run, "), "{said}");
+    let said = project.run("why", "small.ivx", &["twin/modle"]).err;
+    assert!(said.contains("did you mean `twin/model`?"), "{said}");
+}

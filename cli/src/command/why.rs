@@ -3,6 +3,7 @@
 mod json;
 mod text;
 
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use ivx_cache::Cache;
@@ -29,7 +30,10 @@ pub(crate) fn why(
     let plan = expand(&ready.spec, &ready.registry);
     let nodes = matching(&plan, &args.node);
     if nodes.is_empty() {
-        let addresses = || plan.graph.node_weights().map(|step| step.address.as_str());
+        let addresses = || {
+            let own = plan.graph.node_weights().map(|step| step.address.as_str());
+            own.chain(plan.aliases.keys().map(String::as_str))
+        };
         let help = suggest(&args.node, addresses().map(stem));
         let help = help.or_else(|| suggest(&args.node, addresses()));
         let help = help.unwrap_or_else(|| "`ivx plan --nodes` lists them".to_owned());
@@ -44,6 +48,9 @@ pub(crate) fn why(
         return Ok(OK);
     }
     let mut text = Vec::new();
+    if all.iter().any(|why| !plan.graph[why.node].address.starts_with(&args.node)) {
+        writeln!(text, "{} has nodes that equal others, which they are told as:", args.node)?;
+    }
     match &all[..] {
         [one] => text::one(&told, one, &mut text)?,
         all => text::several(&told, &args.node, all, &mut text)?,
@@ -53,13 +60,15 @@ pub(crate) fn why(
     Ok(OK)
 }
 
-/// The nodes that a name means: the one that it is the address of, else those that it is the
+/// The nodes that a name means: the one that it is an address of, else those that it is the
 /// beginning of, up to where a word ends if there are such.
 fn matching(plan: &Plan, name: &str) -> Vec<NodeIndex> {
-    let mut found = Vec::new();
+    let own = plan.graph.node_indices().map(|node| (plan.graph[node].address.as_str(), node));
+    let others = plan.aliases.iter().map(|(address, node)| (address.as_str(), *node));
+    let mut found = BTreeSet::new();
     let mut is_whole = false;
-    for node in plan.graph.node_indices() {
-        let Some(rest) = plan.graph[node].address.strip_prefix(name) else { continue };
+    for (address, node) in own.chain(others) {
+        let Some(rest) = address.strip_prefix(name) else { continue };
         if rest.is_empty() {
             return vec![node];
         }
@@ -70,10 +79,10 @@ fn matching(plan: &Plan, name: &str) -> Vec<NodeIndex> {
             is_whole = true;
         }
         if ends == is_whole {
-            found.push(node);
+            found.insert(node);
         }
     }
-    found
+    found.into_iter().collect()
 }
 
 /// An address without its coordinates and its member.
@@ -114,15 +123,20 @@ mod tests {
                 draw: None,
             });
         }
+        plan.aliases.insert("g/ab".into(), NodeIndex::new(2));
+        plan.aliases.insert("e/ab[seed=0]".into(), NodeIndex::new(0));
         for (name, expected) in [
-            ("e/ab", &["e/ab"][..]),
+            ("g", &["e/ab"][..]),
+            ("g/ab", &["e/ab"]),
+            ("e/ab[", &["e/a[seed=1]"]),
+            ("e/ab", &["e/ab"]),
             ("e/a", &["e/a[seed=1]", "e/a[seed=10]"]),
             ("e/a[seed=1", &["e/a[seed=1]"]),
             ("e/c", &["e/c/member[0]"]),
             ("f", &["f/x"]),
             ("e/ab/m", &["e/ab/mean"]),
             ("e", &addresses[..5]),
-            ("g", &[]),
+            ("h", &[]),
         ] {
             let found = matching(&plan, name);
             let found: Vec<&str> = found.iter().map(|n| plan.graph[*n].address.as_str()).collect();
