@@ -5,9 +5,10 @@
 use std::collections::BTreeMap;
 
 use ivx_cache::Digest;
-use ivx_engine::{Source, expand, key, number_digest};
+use ivx_engine::{Plan, Source, expand, key, number_digest};
 use ivx_grammar::check::{File, Project, Settings, check};
 use ivx_grammar::{format, parse};
+use ivx_op::Registry;
 use proptest::collection::vec;
 use proptest::prelude::{BoxedStrategy, Just, ProptestConfig, Strategy, any, prop_oneof, proptest};
 use proptest::sample::{Index, select};
@@ -43,7 +44,7 @@ proptest! {
 }
 
 /// Changes of one value that some result depends on.
-const CHANGES: [fn(&mut Experiment); 6] = [
+pub(crate) const CHANGES: [fn(&mut Experiment); 6] = [
     |experiment| experiment.seeds[0] += 100,
     |experiment| experiment.label += "'",
     |experiment| experiment.n += 1,
@@ -54,7 +55,7 @@ const CHANGES: [fn(&mut Experiment); 6] = [
 
 /// A small experiment: data, models, and results of several kinds on them.
 #[derive(Clone, Debug)]
-struct Experiment {
+pub(crate) struct Experiment {
     seeds: Vec<i64>,
     label: String,
     n: i64,
@@ -80,7 +81,8 @@ enum Operation {
     Grouped(Index),
 }
 
-fn experiment() -> impl Strategy<Value = Experiment> {
+/// Any experiment.
+pub(crate) fn experiment() -> impl Strategy<Value = Experiment> {
     let label = select(vec!["A", "WCM", "the worst"]).prop_map(str::to_owned);
     let numbers = (1..20_i64, 0..4_u8, 1..5_i64, -2.0..2.0_f64);
     (0..5_i64, 1..3_i64, label, numbers, vec(operation(), 0..6)).prop_map(
@@ -117,7 +119,7 @@ fn operation() -> BoxedStrategy<Operation> {
 /// One way to write an experiment.
 #[derive(Clone, Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a way to write of its own")]
-struct Writing {
+pub(crate) struct Writing {
     /// Whether names have others.
     renamed: bool,
     /// Whether each `let` is written out where it is used; the last goes for all that follow.
@@ -134,7 +136,8 @@ struct Writing {
     formatted: bool,
 }
 
-fn writing() -> impl Strategy<Value = Writing> {
+/// Any way to write.
+pub(crate) fn writing() -> impl Strategy<Value = Writing> {
     let flags = any::<[bool; 4]>();
     (vec(any::<bool>(), 0..8), 0..12_usize, vec(any::<u8>(), 0..12), flags).prop_map(
         |(inlined, elsewhere, order, [renamed, reversed, commented, formatted])| Writing {
@@ -306,7 +309,7 @@ impl Experiment {
 
 impl Writing {
     /// The texts of the spec and of the file that it uses.
-    fn of(&self, experiment: &Experiment) -> Vec<String> {
+    pub(crate) fn of(&self, experiment: &Experiment) -> Vec<String> {
         let (made, values) = experiment.lets();
         let terms = [made.clone(), values.iter().map(|v| v.term.clone()).collect()].concat();
         let n_elsewhere = self.elsewhere.min(terms.len());
@@ -432,10 +435,10 @@ impl Writing {
     }
 }
 
-/// The keys of a spec's nodes, sorted, each made with its inputs' keys for their digests.
+/// The plan of a spec.
 ///
 /// - `texts`: the spec, and then maybe `lib.ivx`.
-fn keys(texts: &[String]) -> Vec<Digest> {
+pub(crate) fn plan(texts: &[String], registry: &Registry) -> Plan {
     let files = texts.iter().enumerate().map(|(i, text)| {
         let (ast, faults) = parse(text, u32::try_from(i).expect("files are few"));
         assert_eq!(faults, [], "{text}");
@@ -455,11 +458,16 @@ fn keys(texts: &[String]) -> Vec<Digest> {
         }
     });
     let project = Project { files: files.collect() };
-    let registry = ivx_library::registry();
-    let (spec, faults) = check(&project, &registry, &Settings::default());
+    let (spec, faults) = check(&project, registry, &Settings::default());
     let faults: Vec<_> = faults.iter().filter(|fault| fault.code as u16 / 100 != 6).collect();
     assert!(faults.is_empty(), "{faults:?}\n{}", texts.join("\n---\n"));
-    let plan = expand(&spec, &registry);
+    expand(&spec, registry)
+}
+
+/// The keys of a spec's nodes, sorted, each made with its inputs' keys for their digests.
+fn keys(texts: &[String]) -> Vec<Digest> {
+    let registry = ivx_library::registry();
+    let plan = plan(texts, &registry);
     let mut keys: Vec<Digest> = Vec::new();
     for step in plan.graph.node_weights() {
         // Inputs have smaller numbers.

@@ -1,5 +1,6 @@
 //! Tests that cross the boundaries of ivx's crates.
 
+mod archives;
 mod cases;
 mod claims;
 mod command;
@@ -11,6 +12,7 @@ mod examples;
 mod experiments;
 mod explain;
 mod failures;
+mod foreseen;
 mod keys;
 mod large;
 mod layout;
@@ -24,3 +26,4 @@ mod reruns;
 mod tidy;
 mod values;
 mod versions;
+mod why;

@@ -37,6 +37,8 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("nalgebra", "library/src/"),
         ("pest", "grammar/src/parse"),
         ("sled", "cache/src/hints.rs"),
+        ("tar", "cache/src/archive/"),
+        ("zstd", "cache/src/archive/"),
         ("miette", "cli/src/render.rs"),
         ("clap", "cli/src/"),
         ("crc32fast", "library/src/command/npz.rs"),

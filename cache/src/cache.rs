@@ -29,8 +29,9 @@ pub struct Cache {
     objects: Objects,
     hints: Option<Hints>,
     pub(crate) troubles: Vec<Trouble>,
-    // Held for its lock: shared by whoever uses the store, alone by whoever sweeps it.
-    _in_use: File,
+    // Held for its lock: shared by whoever uses the store, alone by whoever sweeps it. Who only
+    // looks at a store without the file has none.
+    _in_use: Option<File>,
 }
 
 /// Whether a commit added anything.
@@ -70,6 +71,26 @@ impl Cache {
     pub fn open(root: &Path, platform: &str) -> Result<Self, CacheError> {
         let in_use = prepare(root)?;
         in_use.lock_shared().at(root)?;
+        Self::load(root, platform, Some(in_use))
+    }
+
+    /// The store at `root` to look things up in: nothing is made there or changed, and a store
+    /// that is not there is an empty one.
+    ///
+    /// # Errors
+    /// If the disk fails, or the store is of another format.
+    pub fn look(root: &Path, platform: &str) -> Result<Self, CacheError> {
+        is_new(root)?;
+        let gate = root.join("in-use");
+        let in_use = match File::open(&gate) {
+            Ok(file) => Some(file),
+            // Nobody can sweep what nobody has opened.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(source) => return Err(CacheError::Io { path: gate, source }),
+        };
+        if let Some(in_use) = &in_use {
+            in_use.lock_shared().at(root)?;
+        }
         Self::load(root, platform, in_use)
     }
 
@@ -77,7 +98,7 @@ impl Cache {
     pub(crate) fn open_alone(root: &Path) -> Result<Self, CacheError> {
         let in_use = prepare(root)?;
         match in_use.try_lock() {
-            Ok(()) => Self::load(root, "", in_use),
+            Ok(()) => Self::load(root, "", Some(in_use)),
             Err(fs::TryLockError::WouldBlock) => Err(CacheError::Busy { root: root.to_owned() }),
             Err(fs::TryLockError::Error(source)) => {
                 Err(CacheError::Io { path: root.to_owned(), source })
@@ -85,7 +106,7 @@ impl Cache {
         }
     }
 
-    fn load(root: &Path, platform: &str, in_use: File) -> Result<Self, CacheError> {
+    fn load(root: &Path, platform: &str, in_use: Option<File>) -> Result<Self, CacheError> {
         let mut cache = Self {
             root: root.to_owned(),
             platform: platform.to_owned(),
@@ -144,6 +165,11 @@ impl Cache {
         }
     }
 
+    /// Whether a record with the same result is known, or why it cannot be added.
+    pub(crate) fn knows(&self, record: &Record) -> Result<bool, Box<Conflict>> {
+        find(&self.records, record).map(|known| known.is_some())
+    }
+
     /// The journal of this process, begun with the first commit.
     fn journal(&mut self) -> Result<&mut Journal, CacheError> {
         let journal = match self.journal.take() {
@@ -174,7 +200,7 @@ impl Cache {
     pub fn refresh(&mut self) -> Result<(), CacheError> {
         let folder = self.root.join("journal");
         // By name, hence by age: the first writer's record is the first read.
-        for name in names(&folder)? {
+        for name in names_if_any(&folder)? {
             let path = folder.join(&name);
             if path.extension().is_none_or(|extension| extension != "log") {
                 continue;
@@ -283,20 +309,24 @@ fn insert(records: &mut BTreeMap<Digest, Vec<Record>>, new: Record) {
     known.insert(place, new);
 }
 
+/// Whether there is no store yet; one of another format is an error.
+fn is_new(root: &Path) -> Result<bool, CacheError> {
+    let version = root.join("version");
+    match fs::read(&version) {
+        Ok(found) if found == VERSION.as_bytes() => Ok(false),
+        Ok(found) => {
+            let found = String::from_utf8_lossy(&found).trim_end().to_owned();
+            Err(CacheError::Version { path: version, found, expected: VERSION.trim_end() })
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
+        Err(source) => Err(CacheError::Io { path: version, source }),
+    }
+}
+
 /// Checks or makes the folders, and returns the file whose lock says who uses the store.
 fn prepare(root: &Path) -> Result<File, CacheError> {
     let version = root.join("version");
-    let is_new = match fs::read(&version) {
-        Ok(found) if found == VERSION.as_bytes() => false,
-        Ok(found) => {
-            let found = String::from_utf8_lossy(&found).trim_end().to_owned();
-            return Err(CacheError::Version { path: version, found, expected: VERSION.trim_end() });
-        }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => true,
-        Err(source) => {
-            return Err(CacheError::Io { path: version, source });
-        }
-    };
+    let is_new = is_new(root)?;
     for folder in ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints"] {
         let folder = root.join(folder);
         fs::create_dir_all(&folder).at(&folder)?;
@@ -317,6 +347,16 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<OsString>, CacheError> {
     }
     names.sort();
     Ok(names)
+}
+
+/// The sorted names in a folder; none if it is not there.
+pub(crate) fn names_if_any(folder: &Path) -> Result<Vec<OsString>, CacheError> {
+    match names(folder) {
+        Err(CacheError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+            Ok(Vec::new())
+        }
+        names => names,
+    }
 }
 
 /// The sorted names in a folder, with sizes; files that vanish meanwhile are left out.

@@ -109,6 +109,20 @@ fn checksum(frame: &mut [u8]) -> [u8; 8] {
     *Digest::of(frame).0.first_chunk().expect("a digest has 32 bytes")
 }
 
+/// The records of a journal's bytes; `None` if anything in it is damaged or missing.
+pub(crate) fn whole(bytes: &[u8]) -> Option<Vec<Record>> {
+    let mut rest = bytes.strip_prefix(MAGIC)?;
+    let mut records = Vec::new();
+    while !rest.is_empty() {
+        let n_payload = u32::from_le_bytes(*rest.first_chunk()?) as usize;
+        let mut frame = rest.split_off(..n_payload.checked_add(HEADER)?)?.to_vec();
+        let expected = frame.get(LEN..HEADER)?.to_vec();
+        let is_whole = n_payload <= PAYLOAD_MAX && checksum(&mut frame) == *expected;
+        records.push(is_whole.then(|| decode(&frame[HEADER..])).flatten()?);
+    }
+    Some(records)
+}
+
 /// How far a journal was read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
@@ -269,6 +283,7 @@ mod tests {
             let n_whole = ends.iter().filter(|end| **end <= len).count().saturating_sub(1);
             let (found, troubles) = read_all(&bytes[..len]);
             assert_eq!(found, records[..n_whole], "cut at {len}");
+            assert_eq!(whole(&bytes[..len]).is_some(), ends.contains(&len), "cut at {len}");
             let is_clean = len == 0 || ends.contains(&len);
             assert_eq!(troubles.is_empty(), is_clean, "cut at {len}: {troubles:?}");
         }
@@ -278,12 +293,14 @@ mod tests {
     fn every_flipped_bit_costs_records_but_never_changes_one() {
         let records = [record(1), record(2), record(3)];
         let bytes = journal_of(records.iter()).unwrap();
+        assert_eq!(whole(&bytes).unwrap(), records);
         for bit in 0..bytes.len() * 8 {
             let mut damaged = bytes.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
             let (found, troubles) = read_all(&damaged);
             assert!(found.len() < 3 && !troubles.is_empty(), "bit {bit}");
             assert!(found.iter().all(|record| records.contains(record)), "bit {bit}");
+            assert_eq!(whole(&damaged), None, "bit {bit}");
         }
     }
 

@@ -4,6 +4,7 @@
 //! [`Record`] in a journal. What can be lost lies in sled. `FORMAT.md` has the bytes.
 //! The crate knows no operation: keys, names and explanations are its caller's.
 
+mod archive;
 mod cache;
 mod checkpoints;
 mod digest;
@@ -15,7 +16,9 @@ mod lock;
 mod objects;
 mod record;
 mod sweep;
+mod written;
 
+pub use archive::{ArchiveError, Exported, Imported, Limits, export, import};
 pub use cache::{Cache, Committed, Stats};
 pub use checkpoints::Checkpoints;
 pub use digest::{Digest, NotADigest};

@@ -92,6 +92,14 @@ impl Objects {
         }
     }
 
+    /// Whether the bytes of an output are there, as far as their number tells.
+    #[must_use]
+    pub fn has(&self, output: &Output) -> bool {
+        let (_, path) = self.place(&output.digest);
+        let whole = || fs::metadata(path).is_ok_and(|file| file.len() == output.size);
+        output.inline.is_some() || whole()
+    }
+
     /// The folder and file of an object.
     fn place(&self, digest: &Digest) -> (PathBuf, PathBuf) {
         let hex = digest.to_string();
@@ -134,6 +142,10 @@ mod tests {
             let output = objects.put(&bytes).unwrap();
             assert_eq!((output.inline.is_some(), output.size), (is_inline, len as u64));
             assert_eq!(objects.place(&output.digest).1.exists(), !is_inline);
+            assert!(objects.has(&output));
+            let lost = Output { inline: None, ..output.clone() };
+            assert_eq!(objects.has(&lost), !is_inline);
+            assert!(!objects.has(&Output { size: 1, ..lost }));
             assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes(bytes.into()));
         }
         assert_eq!(n_files(&root, "tmp"), 0);

@@ -1,8 +1,12 @@
 //! The command line.
 
+mod cache;
+
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
+
+pub(crate) use cache::*;
 
 /// Reproducible machine-learning experiments as dataflow over named axes.
 #[derive(Debug, Parser)]
@@ -30,6 +34,11 @@ pub(crate) enum Command {
     /// Say what a run would do: what is known, what would run.
     #[command(after_help = "Example: ivx plan experiments/thesis.ivx --dot | dot -Tsvg > dag.svg")]
     Plan(Plan),
+    /// Say why a node is known, or what differs from the nearest earlier record of it.
+    #[command(after_help = "\
+Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[3]'
+          ivx why experiments/thesis.ivx overoptimisation/model --set members=64")]
+    Why(Why),
     /// Run again what is known of a spec, and say whether it comes out the same.
     #[command(after_help = "Example: ivx verify experiments/thesis.ivx --sample 5%")]
     Verify(Verify),
@@ -45,9 +54,22 @@ pub(crate) enum Command {
     /// Say what a fault such as IVX0302 means, or list them all.
     #[command(after_help = "Example: ivx explain IVX0302")]
     Explain(Explain),
+    /// Take results out of the cache, or in.
+    #[command(subcommand, after_help = "Example: ivx cache export results.ivxa")]
+    Cache(Cache),
     /// Write a small spec to begin with.
     #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
     New(New),
+}
+
+/// How something is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs.
+    Json,
 }
 
 /// Which spec, and with which parameters.
@@ -111,6 +133,21 @@ pub(crate) struct Plan {
     /// Print the graph in Graphviz' language.
     #[arg(long, conflicts_with = "nodes")]
     pub(crate) dot: bool,
+    /// How to say it.
+    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["nodes", "dot"])]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Why {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+    /// A node as `ivx plan --nodes` lists it, or how its name begins.
+    #[arg(value_name = "NODE")]
+    pub(crate) node: String,
+    /// How to say it.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
 }
 
 #[derive(Debug, clap::Args)]

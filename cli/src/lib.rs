@@ -2,12 +2,14 @@
 
 mod args;
 mod command;
+mod date;
 mod load;
 mod progress;
 mod project;
 mod reference;
 mod render;
 mod replace;
+mod setter;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -68,11 +70,13 @@ pub fn run(
         Command::Exec(args) => command::exec(args, out, err),
         Command::Check(args) => command::check(args, out, err),
         Command::Plan(args) => command::plan(args, out, err),
+        Command::Why(args) => command::why(args, out, err),
         Command::Verify(args) => command::verify(args, out, err),
         Command::Fmt(args) => command::fmt(args, out, err),
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
         Command::Explain(args) => command::explain(args, out, err),
+        Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
     };
     match done {

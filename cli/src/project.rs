@@ -10,6 +10,13 @@ pub(crate) fn root(spec: &Path) -> PathBuf {
     folder.ancestors().find(marked).unwrap_or(folder).to_owned()
 }
 
+/// The folder of the project that the command is called in: the nearest around it that has
+/// `.ivx` or `.git`, otherwise the current one.
+pub(crate) fn here() -> PathBuf {
+    let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+    root(&folder.join("spec"))
+}
+
 /// The cache of a project.
 pub(crate) fn cache(root: &Path) -> PathBuf {
     let elsewhere = std::env::var_os("IVX_CACHE").filter(|path| !path.is_empty());

@@ -38,7 +38,7 @@ pub(crate) fn render(
 }
 
 /// The text, byte for byte in its place, without what would act on a terminal.
-fn safe(text: &str) -> String {
+pub(crate) fn safe(text: &str) -> String {
     let mut safe = String::with_capacity(text.len() + 1);
     for c in text.chars() {
         // Controls of writing direction make a line look like another.

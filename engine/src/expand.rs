@@ -66,7 +66,7 @@ fn needed(spec: &Spec) -> Vec<bool> {
 
 /// The plan without nodes that no output needs: those at coordinates that nothing selects.
 fn reached(plan: Plan) -> Plan {
-    let Plan { graph, mut outputs } = plan;
+    let Plan { graph, mut outputs, mut aliases } = plan;
     let mut reached = vec![false; graph.node_count()];
     let wanted = outputs.values().flat_map(|family| &family.sources);
     let mut todo: Vec<NodeIndex> = wanted.filter_map(Source::node).collect();
@@ -76,7 +76,7 @@ fn reached(plan: Plan) -> Plan {
         }
     }
     if reached.iter().all(|reached| *reached) {
-        return Plan { graph, outputs };
+        return Plan { graph, outputs, aliases };
     }
     let mut moved: Vec<Option<NodeIndex>> = vec![None; reached.len()];
     let mut kept = DiGraph::new();
@@ -95,7 +95,12 @@ fn reached(plan: Plan) -> Plan {
             *node = moved[node.index()].expect("outputs are reached");
         }
     }
-    Plan { graph: kept, outputs }
+    aliases.retain(|_, node| {
+        let moved = moved[node.index()];
+        *node = moved.unwrap_or(*node);
+        moved.is_some()
+    });
+    Plan { graph: kept, outputs, aliases }
 }
 
 /// Adds a step and the edges from its inputs.
@@ -225,8 +230,11 @@ impl Expansion<'_> {
         self.identity.clear();
         key::walk(&step, self.registry, input, &mut self.identity);
         let identity = Digest::of(&self.identity);
-        if let Some(node) = self.known.get(&identity) {
-            return *node;
+        if let Some(&node) = self.known.get(&identity) {
+            if self.plan.graph[node].address != step.address {
+                self.plan.aliases.insert(step.address, node);
+            }
+            return node;
         }
         // Parts of one expression without names of their own are told apart by number.
         let alike = self.addresses.entry(step.address.clone()).or_default();

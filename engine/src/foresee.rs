@@ -1,20 +1,37 @@
 //! What a run would do, as far as it can be known without running.
 
+use std::collections::BTreeSet;
+
 use ivx_cache::{Cache, Digest, Record};
 use ivx_op::Registry;
 
 use crate::key::{key, number_digest};
 use crate::plan::{Plan, Source};
 
-/// What a run would do with a node.
+/// What a run would do with a node, if it runs to its end and nobody else writes to the cache.
+///
+/// A plan looks at records, not at bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Foreseen {
-    /// Its result is known.
+    /// Its result is known, and it is a hit. Only if the bytes of the result are gone, and a node
+    /// that runs or the results need them, it runs again.
     Hit,
-    /// Its inputs are known, its result is not.
+    /// Its inputs are known, its result is not: it runs, unless another node of the run has the
+    /// same key and is first.
     Run,
-    /// An input is not known, so that its key is not.
+    /// An input is not known, so that its key is not: it runs, or is a hit once that is known.
     Unknown,
+}
+
+impl Foreseen {
+    /// What a run would do with a node of which this is known.
+    pub(crate) fn of(known: Known<'_>) -> Self {
+        match (known.key, known.record) {
+            (_, Some(_)) => Self::Hit,
+            (Some(_), None) => Self::Run,
+            (None, None) => Self::Unknown,
+        }
+    }
 }
 
 /// What is known of one node without running anything.
@@ -43,16 +60,26 @@ pub(crate) fn known<'c>(plan: &Plan, registry: &Registry, cache: &'c Cache) -> V
     known
 }
 
+/// Whether the result of each node is known and its bytes are gone.
+#[must_use]
+pub fn gone(plan: &Plan, registry: &Registry, cache: &Cache) -> Vec<bool> {
+    let objects = cache.objects();
+    let known = known(plan, registry, cache).into_iter();
+    known.map(|known| known.record.is_some_and(|record| !objects.has(&record.output))).collect()
+}
+
+/// The keys of the nodes whose results are known.
+#[must_use]
+pub fn recorded(plan: &Plan, registry: &Registry, cache: &Cache) -> BTreeSet<Digest> {
+    let known = known(plan, registry, cache).into_iter();
+    known.filter(|known| known.record.is_some()).filter_map(|known| known.key).collect()
+}
+
 /// What a run would do, by the index of the node.
 ///
 /// # Panics
 /// If an input does not come before its user, which `expand` sees to.
 #[must_use]
 pub fn foresee(plan: &Plan, registry: &Registry, cache: &Cache) -> Vec<Foreseen> {
-    let foreseen = |known: Known<'_>| match (known.key, known.record) {
-        (_, Some(_)) => Foreseen::Hit,
-        (Some(_), None) => Foreseen::Run,
-        (None, None) => Foreseen::Unknown,
-    };
-    known(plan, registry, cache).into_iter().map(foreseen).collect()
+    known(plan, registry, cache).into_iter().map(Foreseen::of).collect()
 }

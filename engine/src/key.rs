@@ -17,6 +17,11 @@ const FORMAT: &str = "1";
 pub(crate) trait Walk {
     /// One part.
     fn item(&mut self, label: &str, bytes: &[u8]);
+
+    /// One input, by what stands for it.
+    fn input(&mut self, _: &Source, bytes: &[u8]) {
+        self.item("input", bytes);
+    }
 }
 
 /// The key of a step whose inputs have these digests.
@@ -53,15 +58,20 @@ struct Text(String);
 
 impl Walk for Text {
     fn item(&mut self, label: &str, bytes: &[u8]) {
-        let text = std::str::from_utf8(bytes).ok().filter(|_| label != "input");
-        let hex = || {
-            bytes.iter().fold(String::new(), |mut hex, byte| {
-                write!(hex, "{byte:02x}").expect("strings take everything");
-                hex
-            })
-        };
-        writeln!(self.0, "{label} {}", text.map_or_else(hex, str::to_owned))
-            .expect("strings take everything");
+        let text = std::str::from_utf8(bytes).expect("only inputs are no text");
+        writeln!(self.0, "{label} {text}").expect("strings take everything");
+    }
+
+    /// In hexadecimal, and a number that is written in the spec also as such.
+    fn input(&mut self, source: &Source, bytes: &[u8]) {
+        self.0.push_str("input ");
+        for byte in bytes {
+            write!(self.0, "{byte:02x}").expect("strings take everything");
+        }
+        if let Source::Number(x) = source {
+            write!(self.0, " {x:?}").expect("strings take everything");
+        }
+        self.0.push('\n');
     }
 }
 
@@ -123,7 +133,7 @@ impl<B: AsRef<[u8]>, I: Fn(&Source) -> B, S: Walk> Walker<'_, I, S> {
             self.sink.item("axis", format!("{} {}{labels}", dim.name, dim.len()).as_bytes());
         }
         for source in &fed.sources {
-            self.sink.item("input", (self.input)(source).as_ref());
+            self.sink.input(source, (self.input)(source).as_ref());
         }
     }
 
@@ -188,7 +198,7 @@ mod tests {
     fn the_explanation_reads_as_what_is_hashed() {
         let text = explain(&step(), &Registry::default(), digest);
         let expected = format!(
-            "format 1\nop toy@0\narg.ke cvar@0\narg.ke.alpha 0.1\nport x 1\ninput {}\nseed 3\nmember none\n",
+            "format 1\nop toy@0\narg.ke cvar@0\narg.ke.alpha 0.1\nport x 1\ninput {} 0.5\nseed 3\nmember none\n",
             number_digest(0.5)
         );
         assert_eq!(text, expected);

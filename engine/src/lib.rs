@@ -5,9 +5,11 @@
 
 mod checkpoint;
 mod diff;
+mod difference;
 mod event;
 mod execute;
 mod expand;
+mod explanation;
 mod foresee;
 mod key;
 mod lock;
@@ -19,17 +21,21 @@ mod results;
 mod schedule;
 mod stop;
 mod verify;
+mod why;
 
 pub use diff::{Change, diff};
+pub use difference::{Difference, Part};
 pub use event::{Event, Listen, Silence};
 pub use expand::expand;
-pub use foresee::{Foreseen, foresee};
+pub use foresee::{Foreseen, foresee, gone, recorded};
 pub use key::{explain, key, number_digest};
 pub use lock::{Lock, Locks};
 pub use outcome::{Fate, Node, Outcome};
+pub use petgraph::graph::NodeIndex;
 pub use plan::{Draw, Family, Fed, Plan, Source, Step};
 pub use platform::platform;
 pub use results::{Claim, ExperimentResults, Measure, Report, Results, Setting, report, wanted};
 pub use schedule::{Options, schedule};
 pub use stop::Stop;
 pub use verify::{Verified, verify};
+pub use why::{Cause, Changed, Earlier, InputChange, Reason, Why, why};

@@ -13,6 +13,8 @@ pub struct Plan {
     pub graph: DiGraph<Step, ()>,
     /// The nodes of each output of the spec.
     pub outputs: BTreeMap<ExprId, Family>,
+    /// The other addresses of nodes that equal ones were merged with.
+    pub aliases: BTreeMap<String, NodeIndex>,
 }
 
 /// One computation.

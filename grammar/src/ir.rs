@@ -216,6 +216,8 @@ pub struct Param {
     pub docs: String,
     /// Its value.
     pub value: Lit,
+    /// Who set it: the default, a profile or the command line.
+    pub by: String,
 }
 
 /// An axis where it is declared.

@@ -1,5 +1,6 @@
 //! One file a subcommand.
 
+mod cache;
 mod check;
 mod diff;
 mod exec;
@@ -11,6 +12,7 @@ mod ops;
 mod plan;
 mod summary;
 mod verify;
+mod why;
 
 use std::io::{IsTerminal as _, Write};
 
@@ -25,6 +27,7 @@ use crate::load::{Loaded, load};
 use crate::render::render;
 use crate::{Trouble, colours};
 
+pub(crate) use cache::cache;
 pub(crate) use check::check;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
@@ -34,6 +37,7 @@ pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
 pub(crate) use verify::verify;
+pub(crate) use why::why;
 
 /// A spec that can run.
 struct Ready {

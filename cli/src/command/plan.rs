@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use ivx_cache::Cache;
-use ivx_engine::{Foreseen, Plan, expand, foresee, platform};
+use ivx_engine::{Foreseen, Plan, Step, expand, foresee, gone, platform};
 use petgraph::visit::EdgeRef as _;
+use serde_json::{Value, json};
 
 use super::ready;
 use crate::{OK, Trouble, WRONG, args, project};
@@ -17,8 +18,13 @@ pub(crate) fn plan(
 ) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry);
-    let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    let cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
     let foreseen = foresee(&plan, &ready.registry, &cache);
+    let gone = gone(&plan, &ready.registry, &cache);
+    if args.format == args::Format::Json {
+        writeln!(out, "{:#}", as_json(&plan, &foreseen, &gone))?;
+        return Ok(OK);
+    }
     if args.dot {
         dot(&plan, &foreseen, out)?;
         return Ok(OK);
@@ -52,15 +58,32 @@ pub(crate) fn plan(
         "{} nodes: {hit} hit, {run} run, {unknown} unknown until their inputs have run",
         foreseen.len()
     )?;
+    let gone = gone.iter().filter(|gone| **gone).count();
+    if gone > 0 {
+        writeln!(
+            out,
+            "the bytes of {gone} hits are gone: where one is needed, its node runs again"
+        )?;
+    }
     Ok(OK)
 }
 
-fn word(foreseen: Foreseen) -> &'static str {
+/// What a run would do with a node, in a word.
+pub(super) fn word(foreseen: Foreseen) -> &'static str {
     match foreseen {
         Foreseen::Hit => "hit",
         Foreseen::Run => "run",
         Foreseen::Unknown => "unknown",
     }
+}
+
+fn as_json(plan: &Plan, foreseen: &[Foreseen], gone: &[bool]) -> Value {
+    let node = |((step, foreseen), gone): ((&Step, &Foreseen), &bool)| {
+        let state = word(*foreseen);
+        json!({ "address": step.address, "operation": step.op, "state": state, "gone": gone })
+    };
+    let nodes: Vec<Value> = plan.graph.node_weights().zip(foreseen).zip(gone).map(node).collect();
+    json!({ "nodes": nodes })
 }
 
 fn dot(plan: &Plan, foreseen: &[Foreseen], out: &mut dyn Write) -> std::io::Result<()> {

@@ -102,8 +102,9 @@ impl<'a> Checker<'a> {
                 ItemKind::Param { name, .. } => {
                     let value = self.name(&at(&name.value), &name.value, name.span);
                     if let Val::Desc(Desc::Lit(value), _) = value {
+                        let by = self.setter(scope, &name.value);
                         let (name, docs) = (name.value.clone(), item.docs.clone());
-                        done.params.push(Param { name, docs, value });
+                        done.params.push(Param { name, docs, value, by });
                     }
                 }
                 ItemKind::Axis { name, .. } => {

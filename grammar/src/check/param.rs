@@ -33,8 +33,8 @@ impl<'a> Checker<'a> {
                 if let (Val::Desc(Desc::Lit(value), _), true) =
                     (value, scope < self.project.files.len())
                 {
-                    let docs = item.docs.clone();
-                    self.spec.params.push(Param { name: address.clone(), docs, value });
+                    let (docs, by) = (item.docs.clone(), self.setter(scope, &name.value));
+                    self.spec.params.push(Param { name: address.clone(), docs, value, by });
                 }
                 known.push((address, &name.value));
             }
@@ -148,6 +148,11 @@ impl<'a> Checker<'a> {
         let (value, by) = chosen;
         self.set_by.insert((scope, name.to_owned()), by);
         value
+    }
+
+    /// Who set a parameter that was evaluated.
+    pub(super) fn setter(&self, scope: usize, name: &str) -> String {
+        self.set_by.get(&(scope, name.to_owned())).cloned().unwrap_or_default()
     }
 
     /// A value as the parameter's type asks for it, and who set it.

@@ -1,0 +1,34 @@
+//! `ivx cache ..`: one file a subcommand.
+
+mod export;
+mod import;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use crate::{Trouble, args, project};
+
+pub(crate) fn cache(
+    command: &args::Cache,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<u8, Trouble> {
+    match command {
+        args::Cache::Export(args) => export::export(args, out, err),
+        args::Cache::Import(args) => import::import(args, out),
+    }
+}
+
+/// Where the cache of the project lies that the command is called in.
+fn root() -> Result<PathBuf, Trouble> {
+    let root = project::cache(&project::here());
+    if root.join("version").exists() {
+        return Ok(root);
+    }
+    Err(Trouble::Content { path: root.display().to_string(), why: "there is no cache".to_owned() })
+}
+
+/// `1 record`, `2 records`.
+fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
