@@ -6,11 +6,13 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::actions::Actions;
 use crate::error::At as _;
 use crate::hints::{self, Hints};
 use crate::journal::{self, Journal, Seen};
-use crate::lock::{self, ActionLock};
-use crate::{CacheError, Checkpoints, Conflict, Digest, Objects, Record, Trouble, durable};
+use crate::{
+    ActionLock, CacheError, Checkpoints, Conflict, Digest, Objects, Record, Trouble, durable,
+};
 
 const VERSION: &str = "ivx cache 1\n";
 
@@ -27,6 +29,8 @@ pub struct Cache {
     seen: BTreeMap<OsString, Seen>,
     journal: Option<Journal>,
     objects: Objects,
+    /// What this process may execute, from the first time that it asks.
+    actions: Option<Actions>,
     hints: Option<Hints>,
     pub(crate) troubles: Vec<Trouble>,
     // Held for its lock: shared by whoever uses the store, alone by whoever sweeps it. Who only
@@ -114,6 +118,7 @@ impl Cache {
             seen: BTreeMap::new(),
             journal: None,
             objects: Objects::new(root),
+            actions: None,
             hints: None,
             troubles: Vec::new(),
             _in_use: in_use,
@@ -221,12 +226,20 @@ impl Cache {
 
     /// The right to execute the action of `key`, or `None` while another handle has it.
     ///
-    /// After acquiring it, [`Self::refresh`] and look up again: the other may have committed.
+    /// After acquiring it, look up again: another may have committed, which this has read.
     ///
     /// # Errors
     /// If the disk fails.
-    pub fn try_lock(&self, key: &Digest) -> Result<Option<ActionLock>, CacheError> {
-        lock::try_lock(&self.root.join("locks").join(key.to_string()))
+    pub fn try_lock(&mut self, key: &Digest) -> Result<Option<ActionLock>, CacheError> {
+        let actions = match &mut self.actions {
+            Some(actions) => actions,
+            none => none.insert(Actions::open(&self.root.join("locks").join("actions"))?),
+        };
+        let Some(lock) = actions.try_lock(key)? else { return Ok(None) };
+        if actions.others_came()? {
+            self.refresh()?;
+        }
+        Ok(Some(lock))
     }
 
     /// Durations, access times and run history. The first call reads them, so that a run

@@ -17,7 +17,7 @@ use std::time::Duration;
 use sha2::{Digest as _, Sha256};
 
 use crate::error::At as _;
-use crate::lock::{ActionLock, try_lock};
+use crate::lock::{FileLock, try_lock};
 use crate::{CacheError, Digest, Trouble, durable};
 
 /// Runs beyond this many are forgotten, the oldest first.
@@ -235,7 +235,7 @@ fn with_sled(
     outcome.map_err(|trouble| troubles.push(trouble)).is_ok()
 }
 
-fn lock(root: &Path) -> Result<Option<ActionLock>, Trouble> {
+fn lock(root: &Path) -> Result<Option<FileLock>, Trouble> {
     let path = root.join("locks").join("hints");
     for _ in 0..N_TRIES {
         if let Some(lock) = try_lock(&path)? {

@@ -4,6 +4,8 @@
 //! [`Record`] in a journal. What can be lost lies in sled. `FORMAT.md` has the bytes.
 //! The crate knows no operation: keys, names and explanations are its caller's.
 
+#[cfg_attr(not(target_os = "linux"), path = "actions_by_file.rs")]
+mod actions;
 mod archive;
 mod cache;
 mod checkpoints;
@@ -18,13 +20,13 @@ mod record;
 mod sweep;
 mod written;
 
+pub use actions::ActionLock;
 pub use archive::{ArchiveError, Exported, Imported, Limits, export, import};
 pub use cache::{Cache, Committed, Stats};
 pub use checkpoints::Checkpoints;
 pub use digest::{Digest, NotADigest};
 pub use error::{CacheError, Conflict, Trouble};
 pub use hints::{Hints, Run};
-pub use lock::ActionLock;
 pub use objects::{Fetched, INLINE_MAX, Objects};
 pub use record::{Output, Provenance, Record};
 pub use sweep::{Swept, sweep};

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::CacheError;
 use crate::error::At as _;
 
-/// The right to execute one action; given back when dropped, or when the process ends.
+/// A lock that is held; given back when dropped, or when the process ends.
 #[derive(Debug)]
-pub struct ActionLock {
+pub(crate) struct FileLock {
     path: PathBuf,
     // Held for its lock, which closing it releases.
     _file: File,
@@ -19,7 +19,7 @@ pub struct ActionLock {
 ///
 /// The holder removes the file before it lets go. Whoever locks a file that was removed
 /// meanwhile has locked nothing, notices that the path leads elsewhere, and tries again.
-pub(crate) fn try_lock(path: &Path) -> Result<Option<ActionLock>, CacheError> {
+pub(crate) fn try_lock(path: &Path) -> Result<Option<FileLock>, CacheError> {
     loop {
         let file = File::options().create(true).append(true).open(path).at(path)?;
         match file.try_lock() {
@@ -30,7 +30,7 @@ pub(crate) fn try_lock(path: &Path) -> Result<Option<ActionLock>, CacheError> {
             }
         }
         if leads_to(path, &file).at(path)? {
-            return Ok(Some(ActionLock { path: path.to_owned(), _file: file }));
+            return Ok(Some(FileLock { path: path.to_owned(), _file: file }));
         }
     }
 }
@@ -51,7 +51,7 @@ fn leads_to(_: &Path, _: &File) -> io::Result<bool> {
     Ok(true)
 }
 
-impl Drop for ActionLock {
+impl Drop for FileLock {
     fn drop(&mut self) {
         // Where files can't be compared, removing one could leave two holders. A file that
         // stays behind is harmless.

@@ -133,7 +133,7 @@ fn child_that_locks() {
     let Some(root) = env::var_os(ROOT) else {
         return;
     };
-    let cache = Cache::open(root.as_ref(), "x").unwrap();
+    let mut cache = Cache::open(root.as_ref(), "x").unwrap();
     let _lock = cache.try_lock(&key(0)).unwrap().expect("nobody else has it");
     say(0);
     io::stdin().read_line(&mut String::new()).unwrap();
@@ -144,7 +144,7 @@ fn a_lock_excludes_other_processes_and_dies_with_its_own() {
     let root = tempfile::tempdir().unwrap();
     let mut holder = child("child_that_locks", root.path());
     assert_eq!(said(&mut holder).next(), Some(0));
-    let cache = Cache::open(root.path(), "x").unwrap();
+    let mut cache = Cache::open(root.path(), "x").unwrap();
     assert!(cache.try_lock(&key(0)).unwrap().is_none());
     holder.kill().unwrap();
     holder.wait().unwrap();

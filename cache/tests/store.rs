@@ -187,7 +187,7 @@ fn a_damaged_journal_does_not_hide_the_others() {
 #[test]
 fn an_action_is_locked_for_one_handle_at_a_time() {
     let root = tempfile::tempdir().unwrap();
-    let (a, b) = (open(&root), open(&root));
+    let (mut a, mut b) = (open(&root), open(&root));
     let key = Digest([1; 32]);
     let lock = a.try_lock(&key).unwrap().unwrap();
     assert!(b.try_lock(&key).unwrap().is_none());
