@@ -156,6 +156,7 @@ fn run(plan: &Plan, registry: &Registry, root: &Path) -> Outcome {
     let mut cache = Cache::open(root, &platform()).expect("the cache opens");
     let options = Options {
         jobs: 2,
+        memory: u64::MAX,
         fail_fast: false,
         library: "tests".into(),
         checkpoint: Duration::from_mins(1),

@@ -137,6 +137,7 @@ fn run(plan: &Plan, cache: &Path) -> Outcome {
     let mut cache = Cache::open(cache, &platform()).expect("the cache opens");
     let options = Options {
         jobs: 2,
+        memory: u64::MAX,
         fail_fast: false,
         library: "toys".to_owned(),
         checkpoint: Duration::ZERO,

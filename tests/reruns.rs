@@ -32,14 +32,17 @@ fn a_second_run_executes_nothing_and_finds_the_same() {
 
 #[test]
 fn results_do_not_depend_on_threads_or_the_cache() {
-    let results = |jobs: &str| {
+    let results = |rest: &[&str]| {
         let project = small();
-        project.executed("small.ivx", &["--jobs", jobs]);
-        without_run(project.files("results/small"))
+        let said = project.run("exec", "small.ivx", rest);
+        assert_eq!(said.code, 0, "{}", said.err);
+        (without_run(project.files("results/small")), said.err.contains("it runs alone"))
     };
-    let one = results("1");
-    assert_eq!(results("2"), one);
-    assert_eq!(results("5"), one);
+    let one = results(&["--jobs", "1"]);
+    assert!(!one.1, "a machine has memory for these");
+    assert_eq!(results(&["--jobs", "2"]), one);
+    assert_eq!(results(&["--jobs", "5", "--checkpoint", "0"]), one);
+    assert_eq!(results(&["--jobs", "4", "--memory", "1KB"]), (one.0, true));
 }
 
 #[test]

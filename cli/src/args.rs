@@ -3,10 +3,13 @@
 mod cache;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use cache::*;
+
+use crate::machine::bytes;
 
 /// Reproducible machine-learning experiments as dataflow over named axes.
 #[derive(Debug, Parser)]
@@ -96,9 +99,16 @@ pub(crate) struct Spec {
 pub(crate) struct Exec {
     #[command(flatten)]
     pub(crate) spec: Spec,
-    /// How many nodes run at once [default: one a core].
+    /// How many threads nodes keep busy at once [default: one a core].
     #[arg(long, short)]
     pub(crate) jobs: Option<usize>,
+    /// How much memory nodes take at once, by their own estimates: `4GiB` [default: all there
+    /// is]. One that takes more runs alone.
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    pub(crate) memory: Option<u64>,
+    /// How many seconds of work a kill may cost a long node: so often its progress is kept.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub(crate) checkpoint: Duration,
     /// Fail when a claim fails.
     #[arg(long)]
     pub(crate) strict: bool,
@@ -160,6 +170,12 @@ pub(crate) struct Verify {
     /// How many nodes run at once [default: one a core].
     #[arg(long, short)]
     pub(crate) jobs: Option<usize>,
+}
+
+/// A span of time, written in seconds.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.ok_or("write seconds such as `0.5`".to_owned())
 }
 
 /// A share from 0 to 1, written in percent.

@@ -4,6 +4,7 @@ mod args;
 mod command;
 mod date;
 mod load;
+mod machine;
 mod progress;
 mod project;
 mod reference;

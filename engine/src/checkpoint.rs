@@ -1,6 +1,7 @@
 //! Where one node keeps its progress.
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ivx_cache::{Checkpoints, Digest};
@@ -9,28 +10,41 @@ use ivx_op::Progress;
 /// The progress of one node: kept under its key, the platform and the build, so that no other
 /// computation takes it for its own.
 #[derive(Debug)]
-pub(crate) struct Checkpoint {
+pub(crate) struct Checkpoint<'a> {
     store: Checkpoints,
-    name: Digest,
+    key: Digest,
+    platform: &'a str,
+    build: &'a str,
     every: Duration,
     last: Mutex<Instant>,
+    /// Whether something was asked for or kept; most nodes are too short for that.
+    used: AtomicBool,
 }
 
-impl Checkpoint {
+impl<'a> Checkpoint<'a> {
     /// - `every`: how much time lies between two states that are kept.
     pub(crate) fn new(
         store: Checkpoints,
-        key: &Digest,
-        (platform, build): (&str, &str),
+        key: Digest,
+        (platform, build): (&'a str, &'a str),
         every: Duration,
     ) -> Self {
-        let name = Digest::of(format!("{key} {platform} {build}").as_bytes());
-        Self { store, name, every, last: Mutex::new(Instant::now()) }
+        let (last, used) = (Mutex::new(Instant::now()), AtomicBool::new(false));
+        Self { store, key, platform, build, every, last, used }
     }
 
     /// Forgets what was kept: the node has its result.
     pub(crate) fn remove(&self) {
-        self.store.remove(&self.name);
+        if self.used.load(Ordering::Relaxed) {
+            self.store.remove(&self.name());
+        }
+    }
+
+    /// What it is kept under. Who asks uses it.
+    fn name(&self) -> Digest {
+        self.used.store(true, Ordering::Relaxed);
+        let Self { key, platform, build, .. } = self;
+        Digest::of(format!("{key} {platform} {build}").as_bytes())
     }
 
     fn last(&self) -> std::sync::MutexGuard<'_, Instant> {
@@ -38,9 +52,9 @@ impl Checkpoint {
     }
 }
 
-impl Progress for Checkpoint {
+impl Progress for Checkpoint<'_> {
     fn load(&self) -> Option<Vec<u8>> {
-        self.store.load(&self.name)
+        self.store.load(&self.name())
     }
 
     fn due(&self) -> bool {
@@ -49,7 +63,7 @@ impl Progress for Checkpoint {
 
     fn save(&self, state: Vec<u8>) {
         // A full disk will be told of when the result is written.
-        self.store.save(&self.name, &state).ok();
+        self.store.save(&self.name(), &state).ok();
         *self.last() = Instant::now();
     }
 }

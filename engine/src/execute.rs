@@ -3,13 +3,17 @@
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::time::Instant;
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
 
-use ivx_cache::{CacheError, Fetched, Objects, Output};
-use ivx_op::{Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Registry};
+use ivx_cache::{
+    ActionLock, CacheError, Checkpoints, Digest, Fetched, Objects, Output, Provenance,
+};
+use ivx_op::{Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Needs, Registry};
 use petgraph::graph::NodeIndex;
 
 use crate::checkpoint::Checkpoint;
+use crate::key::{explain, number_digest};
 use crate::plan::{Draw, Fed, Source, Step};
 
 /// Why a node has no result.
@@ -25,21 +29,89 @@ pub(crate) enum Problem {
 /// The bytes of a step's inputs.
 pub(crate) type Inputs = BTreeMap<NodeIndex, Arc<[u8]>>;
 
-/// The result of one node and how many milliseconds it took.
-pub(crate) fn execute(
-    step: &Step,
-    registry: &Registry,
-    objects: &Objects,
-    outputs: &BTreeMap<NodeIndex, Output>,
-    checkpoint: &Checkpoint,
-) -> Result<(Output, u64), Problem> {
+/// What a worker needs to know of a run.
+#[derive(Clone)]
+pub(crate) struct Bench<'a> {
+    pub(crate) registry: &'a Registry,
+    pub(crate) objects: Objects,
+    pub(crate) checkpoints: Checkpoints,
+    pub(crate) platform: &'a str,
+    /// The digest of the library's source.
+    pub(crate) library: &'a str,
+    /// How much time lies between two checkpoints.
+    pub(crate) every: Duration,
+}
+
+/// A node to run.
+pub(crate) struct Task<'a> {
+    pub(crate) node: NodeIndex,
+    pub(crate) step: &'a Step,
+    /// The operation, `name@version`.
+    pub(crate) op: String,
+    pub(crate) key: Digest,
+    pub(crate) lock: ActionLock,
+    /// The results that it takes.
+    pub(crate) outputs: BTreeMap<NodeIndex, Output>,
+}
+
+/// What a worker tells.
+pub(crate) struct Message {
+    pub(crate) done: Vec<Done>,
+    /// What the worker does not need any more; nothing while it goes on.
+    pub(crate) frees: Option<Needs>,
+}
+
+/// What came of a node.
+pub(crate) struct Done {
+    pub(crate) node: NodeIndex,
+    pub(crate) key: Digest,
+    pub(crate) lock: ActionLock,
+    pub(crate) result: Result<(Output, Provenance), Problem>,
+}
+
+/// How long a worker keeps what is done to itself while it has more to do.
+const PROMPT: Duration = Duration::from_millis(5);
+
+/// Runs nodes one after another, and tells of them in as few messages as is prompt.
+pub(crate) fn work(tasks: Vec<Task>, needs: Needs, bench: &Bench, tell: &Sender<Message>) {
+    let (mut done, mut told) = (Vec::new(), Instant::now());
+    for task in tasks {
+        let result = execute(&task, bench);
+        let Task { node, key, lock, .. } = task;
+        done.push(Done { node, key, lock, result });
+        if told.elapsed() >= PROMPT {
+            told = Instant::now();
+            // The receiver is gone only when the run ended with an error.
+            let _ = tell.send(Message { done: std::mem::take(&mut done), frees: None });
+        }
+    }
+    let _ = tell.send(Message { done, frees: Some(needs) });
+}
+
+/// The result of a node and how it came about.
+fn execute(task: &Task, bench: &Bench) -> Result<(Output, Provenance), Problem> {
+    let &Task { step, key, ref op, ref outputs, .. } = task;
+    let &Bench { registry, ref objects, ref checkpoints, platform, library, every } = bench;
     let inputs = read(objects, outputs)?;
+    let checkpoint = Checkpoint::new(checkpoints.clone(), key, (platform, library), every);
     let started = Instant::now();
-    let bytes = compute(step, registry, &inputs, Some(checkpoint)).map_err(Problem::Failed)?;
+    let bytes = compute(step, registry, &inputs, Some(&checkpoint)).map_err(Problem::Failed)?;
     let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
     let output = objects.put(&bytes).map_err(Problem::Cache)?;
     checkpoint.remove();
-    Ok((output, millis))
+    let digest = |source: &Source| match source {
+        Source::Number(x) => number_digest(*x),
+        Source::Node(node) => outputs[node].digest,
+    };
+    let provenance = Provenance {
+        op: op.clone(),
+        node: step.address.clone(),
+        inputs: step.sources().map(|source| digest(&source)).collect(),
+        explanation: explain(step, registry, digest),
+        library: library.to_owned(),
+        millis,
+    };
+    Ok((output, provenance))
 }
 
 /// The bytes of some outputs.

@@ -6,6 +6,7 @@
 mod checkpoint;
 mod diff;
 mod difference;
+mod durations;
 mod event;
 mod execute;
 mod expand;
@@ -17,6 +18,7 @@ mod markdown;
 mod outcome;
 mod plan;
 mod platform;
+mod queue;
 mod results;
 mod schedule;
 mod stop;

@@ -1,35 +1,35 @@
 //! Runs what is not known.
 //!
 //! This thread alone owns the state: it decides, looks up and commits. Workers read inputs,
-//! compute, encode, hash and write, and send one message.
+//! compute, encode, hash and write, and send messages.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-use ivx_cache::{
-    ActionLock, Cache, CacheError, Digest, Fetched, Objects, Output, Provenance, Record,
-};
-use ivx_op::Registry;
+use ivx_cache::{Cache, CacheError, Digest, Fetched, Objects, Output, Record};
+use ivx_op::{Needs, Registry};
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
-use crate::checkpoint::Checkpoint;
+use crate::durations::Durations;
 use crate::event::{Event, Listen};
-use crate::execute::{Problem, execute};
-use crate::key::{explain, key, number_digest};
+use crate::execute::{Bench, Done, Message, Problem, Task, work};
+use crate::key::{key, number_digest};
 use crate::outcome::{Fate, Node, Outcome};
 use crate::plan::{Plan, Source, Step};
 use crate::platform::platform;
+use crate::queue::{Queue, Start};
 use crate::stop::Stop;
 
 /// How a run goes about its work; nothing here can change a result.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// How many nodes run at once.
+    /// How many threads nodes keep busy at once.
     pub jobs: usize,
+    /// How many bytes of memory nodes take at once, by their own estimates.
+    pub memory: u64,
     /// Whether the first failure ends the run.
     pub fail_fast: bool,
     /// The digest of the library's source, for provenance.
@@ -44,14 +44,8 @@ pub struct Options {
 const POLL: Duration = Duration::from_millis(50);
 /// How often the journal is synced while a run goes on.
 const SYNC: Duration = Duration::from_secs(1);
-
-struct Message {
-    node: NodeIndex,
-    key: Digest,
-    lock: ActionLock,
-    result: Result<(Output, u64), Problem>,
-}
-
+/// So many nodes of operations that take less than a millisecond are handed to a worker at once.
+const BATCH: usize = 32;
 /// Runs every node whose result is not known, and reads the results of `wanted`.
 ///
 /// # Errors
@@ -67,13 +61,17 @@ pub fn schedule(
     wanted: &BTreeSet<NodeIndex>,
     listen: &mut dyn Listen,
 ) -> Result<Outcome, CacheError> {
+    let platform = platform();
+    let mut run = Run::new(plan, registry, cache, options, listen, &platform);
+    run.listen.event(Event::Planned { nodes: plan.graph.node_count() });
+    run.begin();
+    if run.queue.len() == 0 && !run.read(wanted)? {
+        return Ok(Outcome { nodes: run.nodes, values: run.values });
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs.max(1)).build();
     let pool = pool.expect("the system starts threads");
     let (sender, receiver) = mpsc::channel();
-    let mut run = Run::new(plan, registry, cache, options, listen);
-    run.listen.event(Event::Planned { nodes: plan.graph.node_count() });
     pool.in_place_scope(|scope| {
-        run.begin();
         loop {
             run.work(scope, &sender, &receiver)?;
             if !run.read(wanted)? {
@@ -91,8 +89,8 @@ struct Run<'a> {
     cache: &'a mut Cache,
     options: &'a Options,
     listen: &'a mut dyn Listen,
+    bench: Bench<'a>,
     objects: Objects,
-    platform: String,
     nodes: Vec<Node>,
     values: BTreeMap<NodeIndex, Arc<[u8]>>,
     /// How many inputs of each node are not known yet.
@@ -100,14 +98,13 @@ struct Run<'a> {
     /// Nodes that must run though their record is known, since its bytes are gone; and the
     /// nodes that wait for each.
     forced: BTreeMap<NodeIndex, Vec<NodeIndex>>,
-    /// How many nodes of each operation have not ended.
-    left: BTreeMap<String, u64>,
-    /// The longest path from each node to the end, in expected milliseconds.
+    durations: Durations,
+    /// The longest path from each node to the end, in expected milliseconds; nothing before
+    /// the first that runs.
     priority: Vec<u64>,
-    runnable: BinaryHeap<(u64, Reverse<NodeIndex>)>,
+    queue: Queue,
     /// Nodes that another process runs.
     elsewhere: Vec<NodeIndex>,
-    running: usize,
     stopped: bool,
     synced: Instant,
 }
@@ -119,15 +116,25 @@ impl<'a> Run<'a> {
         cache: &'a mut Cache,
         options: &'a Options,
         listen: &'a mut dyn Listen,
+        platform: &'a str,
     ) -> Self {
         let n = plan.graph.node_count();
         let waiting =
             plan.graph.node_indices().map(|i| plan.graph.neighbors_directed(i, Incoming).count());
+        let bench = Bench {
+            registry,
+            objects: cache.objects(),
+            checkpoints: cache.checkpoints(),
+            platform,
+            library: &options.library,
+            every: options.checkpoint,
+        };
+        let limits = Needs { threads: options.jobs.max(1), memory: options.memory };
         Self {
             plan,
             registry,
             objects: cache.objects(),
-            platform: platform(),
+            bench,
             cache,
             options,
             listen,
@@ -135,20 +142,16 @@ impl<'a> Run<'a> {
             values: BTreeMap::new(),
             waiting: waiting.collect(),
             forced: BTreeMap::new(),
-            left: BTreeMap::new(),
+            durations: Durations::new(plan, registry),
             priority: Vec::new(),
-            runnable: BinaryHeap::new(),
+            queue: Queue::new(limits),
             elsewhere: Vec::new(),
-            running: 0,
             stopped: false,
             synced: Instant::now(),
         }
     }
 
     fn begin(&mut self) {
-        for step in self.plan.graph.node_weights() {
-            *self.left.entry(self.versioned(step)).or_default() += 1;
-        }
         for node in self.plan.graph.node_indices() {
             if self.plan.graph.neighbors_directed(node, Incoming).next().is_none() {
                 self.resolve(node);
@@ -158,10 +161,6 @@ impl<'a> Run<'a> {
 
     fn step(&self, node: NodeIndex) -> &'a Step {
         &self.plan.graph[node]
-    }
-
-    fn versioned(&self, step: &Step) -> String {
-        format!("{}@{}", step.op, self.registry.decl(&step.op).map_or(0, |decl| decl.version))
     }
 
     fn digest(&self, source: &Source) -> Digest {
@@ -191,27 +190,21 @@ impl<'a> Run<'a> {
 
     fn enqueue(&mut self, node: NodeIndex) {
         if self.priority.is_empty() {
-            self.priority = self.priorities();
+            self.durations.learn(self.cache.hints());
+            self.priority = self.durations.longest_paths(self.plan);
         }
-        self.runnable.push((self.priority[node.index()], Reverse(node)));
+        let needs = self.needs(node);
+        self.queue.push(node, self.priority[node.index()], needs);
     }
 
-    /// Longest paths to the end, with durations learned from earlier runs.
-    fn priorities(&mut self) -> Vec<u64> {
-        let mut longest = vec![0; self.nodes.len()];
-        for node in self.plan.graph.node_indices().rev() {
-            let after = self
-                .plan
-                .graph
-                .neighbors(node)
-                .map(|next| longest[next.index()])
-                .max()
-                .unwrap_or(0);
-            let op = self.versioned(self.step(node));
-            longest[node.index()] =
-                after + self.cache.hints().expected_millis(&op).unwrap_or(1).max(1);
-        }
-        longest
+    fn needs(&self, node: NodeIndex) -> Needs {
+        let step = self.step(node);
+        let size = |source: Source| {
+            let output = source.node().and_then(|node| self.nodes[node.index()].output.as_ref());
+            output.map_or(0, |output| output.size)
+        };
+        let needs = self.registry.needs(&step.op, &step.args, step.sources().map(size).sum());
+        Needs { threads: needs.threads.max(1), ..needs }
     }
 
     /// Notes a result, and returns the nodes that are ready by it.
@@ -247,16 +240,12 @@ impl<'a> Run<'a> {
     {
         loop {
             self.stopped |= self.options.stop.asked();
-            while self.running < self.options.jobs.max(1) && !self.stopped {
-                let Some((_, Reverse(node))) = self.runnable.pop() else {
-                    break;
-                };
-                // An input that was lost since it was queued may have failed to run again.
-                if self.lost(node).is_none() {
-                    self.launch(node, scope, sender)?;
-                }
+            while !self.stopped
+                && let Some(start) = self.queue.next()
+            {
+                self.launch(start, scope, sender)?;
             }
-            if self.running == 0 && (self.elsewhere.is_empty() || self.stopped) {
+            if self.queue.running() == 0 && (self.elsewhere.is_empty() || self.stopped) {
                 return Ok(());
             }
             match receiver.recv_timeout(if self.elsewhere.is_empty() { SYNC } else { POLL }) {
@@ -274,23 +263,55 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Starts a node, unless another process runs it or has just done so.
+    /// Hands a node to a worker; of short ones, several.
     fn launch<'s>(
         &mut self,
-        node: NodeIndex,
+        start: Start,
         scope: &rayon::Scope<'s>,
         sender: &Sender<Message>,
     ) -> Result<(), CacheError>
     where
         'a: 's,
     {
+        let Start { node, needs, alone } = start;
+        if alone {
+            let what = if needs.threads > self.options.jobs.max(1) {
+                format!("{} threads", needs.threads)
+            } else {
+                format!("{} MB of memory", needs.memory.div_ceil(1_000_000))
+            };
+            let address = &self.step(node).address;
+            let what = format!("{address} needs {what}, more than it may have: it runs alone");
+            self.listen.event(Event::Noted { what });
+        }
+        let mut tasks: Vec<Task<'a>> = self.task(node)?.into_iter().collect();
+        let fair = self.queue.len() / self.options.jobs.max(1);
+        while tasks.len() < fair.min(BATCH) && needs == Needs::default() {
+            let short = |node| self.durations.expected_millis(node) == Some(0);
+            let Some(next) = self.queue.another(|next| short(node) && short(next)) else { break };
+            tasks.extend(self.task(next)?);
+        }
+        if tasks.is_empty() {
+            self.queue.end(needs);
+            return Ok(());
+        }
+        let (sender, bench) = (sender.clone(), self.bench.clone());
+        scope.spawn(move |_| work(tasks, needs, &bench, &sender));
+        Ok(())
+    }
+
+    /// A node as a worker takes it; nothing if another process runs it or has just done so,
+    /// or an input was lost since it was queued and could not be made again.
+    fn task(&mut self, node: NodeIndex) -> Result<Option<Task<'a>>, CacheError> {
+        if self.lost(node).is_some() {
+            return Ok(None);
+        }
         let step = self.step(node);
-        let key = key(step, self.registry, |source| self.digest(source));
+        let key = self.nodes[node.index()].key.expect("what is queued has a key");
         let Some(lock) = self.cache.try_lock(&key)? else {
             self.elsewhere.push(node);
-            return Ok(());
+            return Ok(None);
         };
-        self.cache.refresh()?;
         let known = self.cache.lookup(&key).map(|record| record.output.clone());
         if let (Some(output), false) = (known, self.forced.contains_key(&node)) {
             drop(lock);
@@ -298,72 +319,52 @@ impl<'a> Run<'a> {
             for next in self.done(node, output, Fate::Hit) {
                 self.resolve(next);
             }
-            return Ok(());
+            return Ok(None);
         }
-        let op = self.versioned(step);
-        let expected_millis = self.cache.hints().expected_millis(&op);
+        let expected_millis = self.durations.expected_millis(node);
         self.listen.event(Event::Started { address: &step.address, expected_millis });
-        self.running += 1;
         let output = |node: NodeIndex| {
             (node, self.nodes[node.index()].output.clone().expect("inputs come first"))
         };
-        let outputs: BTreeMap<NodeIndex, Output> =
-            step.sources().filter_map(|source| source.node()).map(output).collect();
-        let checkpoint = Checkpoint::new(
-            self.cache.checkpoints(),
-            &key,
-            (&self.platform, &self.options.library),
-            self.options.checkpoint,
-        );
-        let (sender, objects, registry) = (sender.clone(), self.objects.clone(), self.registry);
-        scope.spawn(move |_| {
-            let result = execute(step, registry, &objects, &outputs, &checkpoint);
-            // The receiver is gone only when the run ended with an error.
-            let _ = sender.send(Message { node, key, lock, result });
-        });
-        Ok(())
+        let outputs = step.sources().filter_map(|source| source.node()).map(output).collect();
+        let op = self.durations.op(node).to_owned();
+        Ok(Some(Task { node, step, op, key, lock, outputs }))
     }
 
     fn receive(&mut self, message: Message) -> Result<(), CacheError> {
-        let Message { node, key, lock, result } = message;
-        self.running -= 1;
-        let step = self.step(node);
+        for done in message.done {
+            self.ran(done)?;
+        }
+        if let Some(needs) = message.frees {
+            self.queue.end(needs);
+        }
+        Ok(())
+    }
+
+    /// Commits what came of a node.
+    fn ran(&mut self, Done { node, key, lock, result }: Done) -> Result<(), CacheError> {
         match result {
-            Ok((output, millis)) => {
-                let op = self.versioned(step);
-                let inputs = step.sources().map(|source| self.digest(&source)).collect();
-                let explanation = explain(step, self.registry, |source| self.digest(source));
-                let library = self.options.library.clone();
-                let provenance = Provenance {
-                    op: op.clone(),
-                    node: step.address.clone(),
-                    inputs,
-                    explanation,
-                    library,
-                    millis,
-                };
-                let platform = self.platform.clone();
-                match self.cache.commit(Record {
-                    key,
-                    platform,
-                    output: output.clone(),
-                    provenance,
-                }) {
+            Ok((output, provenance)) => {
+                let millis = provenance.millis;
+                let platform = self.bench.platform.to_owned();
+                let record = Record { key, platform, output: output.clone(), provenance };
+                let committed = self.cache.commit(record);
+                drop(lock);
+                match committed {
                     Ok(_) => {}
                     Err(CacheError::Conflict(conflict)) => {
-                        drop(lock);
                         self.fail(node, &conflict.to_string());
                         return Ok(());
                     }
                     Err(error) => return Err(error),
                 }
-                drop(lock);
-                self.cache.hints().note_millis(&op, millis);
+                self.durations.note(node, millis, self.cache.hints());
                 for next in self.done(node, output, Fate::Ran { millis }) {
                     self.resolve(next);
                 }
-                let left_millis = self.left_millis();
-                self.listen.event(Event::Finished { address: &step.address, millis, left_millis });
+                let left_millis = self.durations.left_millis();
+                let address = &self.step(node).address;
+                self.listen.event(Event::Finished { address, millis, left_millis });
             }
             Err(Problem::Missing(inputs)) => {
                 if let Some(cause) = inputs.iter().find_map(|input| self.lost(*input)) {
@@ -383,32 +384,18 @@ impl<'a> Run<'a> {
 
     /// Runs a known node again, since its bytes are gone.
     fn force(&mut self, node: NodeIndex, waiter: Option<NodeIndex>) {
-        let what = format!("the bytes of {} are gone: it runs again", self.step(node).address);
-        let waiters = self.forced.entry(node).or_insert_with(|| {
+        if !self.forced.contains_key(&node) {
+            let what = format!("the bytes of {} are gone: it runs again", self.step(node).address);
             self.listen.event(Event::Noted { what });
-            self.runnable.push((u64::MAX, Reverse(node)));
-            Vec::new()
-        });
-        waiters.extend(waiter);
-    }
-
-    /// Expected milliseconds of what is left, not counting operations that were never seen;
-    /// `None` if that is all of them.
-    fn left_millis(&mut self) -> Option<u64> {
-        let hints = self.cache.hints();
-        let expected = self.left.iter().filter_map(|(op, n)| Some(hints.expected_millis(op)? * n));
-        expected.reduce(u64::saturating_add)
+            self.queue.push(node, u64::MAX, self.needs(node));
+        }
+        self.forced.entry(node).or_default().extend(waiter);
     }
 
     /// Notes how a node ended.
     fn end(&mut self, node: NodeIndex, fate: Fate) {
         if self.nodes[node.index()].fate == Fate::Waiting {
-            let op = self.versioned(self.step(node));
-            let left = self.left.get_mut(&op).expect("every operation was counted");
-            *left -= 1;
-            if *left == 0 {
-                self.left.remove(&op);
-            }
+            self.durations.ended(node);
         }
         self.nodes[node.index()].fate = fate;
     }

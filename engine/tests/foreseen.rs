@@ -58,6 +58,7 @@ fn what_is_to_run_is_a_hit_if_an_equal_key_was_made_first() {
         let foreseen = foresee(plan, &registry, &cache);
         let options = Options {
             jobs: 2,
+            memory: u64::MAX,
             fail_fast: false,
             library: "toy".into(),
             checkpoint: Duration::ZERO,

@@ -123,6 +123,7 @@ fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
     let mut cache = Cache::open(root, &platform()).expect("the cache opens");
     let options = Options {
         jobs: 2,
+        memory: u64::MAX,
         fail_fast: false,
         library: "toy".into(),
         checkpoint: Duration::ZERO,
@@ -272,6 +273,7 @@ fn a_run_that_is_stopped_keeps_what_it_did() {
     let stop = Stop::default();
     let options = Options {
         jobs: 1,
+        memory: u64::MAX,
         fail_fast: false,
         library: "toy".into(),
         checkpoint: Duration::ZERO,

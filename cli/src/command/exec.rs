@@ -1,26 +1,24 @@
 //! `ivx exec`
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 use ivx_cache::{Cache, Trouble as CacheTrouble};
 use ivx_engine::{
-    Fate, Lock, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
+    Fate, Lock, Options, Report, Results, expand, platform, report, schedule, wanted,
 };
+use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
-use serde::Serialize;
 
+use super::run_file::run_file;
 use super::summary;
 use super::{jobs, lock, ready};
+use crate::machine::memory;
 use crate::progress::Progress;
 use crate::replace::replace;
 use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
-
-/// How much work a kill can cost one node.
-const CHECKPOINT: Duration = Duration::from_secs(10);
 
 pub(crate) fn exec(
     args: &args::Exec,
@@ -28,14 +26,21 @@ pub(crate) fn exec(
     err: &mut dyn Write,
 ) -> Result<u8, Trouble> {
     let started = Instant::now();
-    let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
+    let Some(mut ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let name = project::name(&args.spec.path);
     let locks = if args.lock || args.locked { Some(lock::read(&args.spec.path)?) } else { None };
     if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
         writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
         return Ok(WRONG);
     }
+    // Of a large spec these are most of what is in memory: first the trees, of which it is made,
+    // and then its expressions, of which the plan is.
+    for file in &mut ready.loaded.project.files {
+        file.ast = Ast::default();
+    }
     let plan = expand(&ready.spec, &ready.registry);
+    ready.spec.exprs = Vec::new();
+    ready.spec.held = Vec::new();
     let jobs = jobs(args.jobs);
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     for trouble in cache.troubles() {
@@ -46,9 +51,10 @@ pub(crate) fn exec(
     }
     let options = Options {
         jobs,
+        memory: args.memory.unwrap_or_else(memory),
         fail_fast: args.fail_fast,
         library: ivx_library::SOURCE_DIGEST.to_owned(),
-        checkpoint: CHECKPOINT,
+        checkpoint: args.checkpoint,
         stop: STOP.clone(),
     };
     let mut progress = Progress::new(err, jobs);
@@ -67,7 +73,7 @@ pub(crate) fn exec(
     let report = report(&name, &ready.spec, &plan, &outcome);
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report)?;
-    write_file(&folder.join("run.ron"), &run_ron(&plan, &outcome, jobs, started))?;
+    write_file(&folder.join("run.ron"), &run_file(&plan, &outcome, jobs, started))?;
     summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;
     let shown = folder.strip_prefix(&ready.loaded.root).unwrap_or(&folder);
     writeln!(out, "results: {}", shown.join("results.ron").display())?;
@@ -84,13 +90,18 @@ pub(crate) fn exec(
             lock::write(&args.spec.path, locks, name, found)?;
         }
     }
+    // The process is about to end: to give all this back piece by piece would be a large part of
+    // a run that has nothing to do.
+    std::mem::forget((ready, plan, outcome, report));
     Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
 }
 
 /// Writes what changed; what the results before had written and these do not goes.
 fn write_results(folder: &Path, report: &Report) -> Result<(), Trouble> {
-    let results = folder.join("results.ron");
-    let before = fs::read_to_string(&results).ok().and_then(|text| Results::from_ron(&text).ok());
+    let (results, text) = (folder.join("results.ron"), report.results.to_ron());
+    // The same results have the same files, and need not be understood.
+    let before = fs::read_to_string(&results).ok().filter(|before| *before != text);
+    let before = before.and_then(|text| Results::from_ron(&text).ok());
     let before = before.map(|results| results.files()).unwrap_or_default();
     for gone in before.iter().filter(|path| !report.files.contains_key(*path)) {
         let gone = folder.join(gone);
@@ -102,7 +113,7 @@ fn write_results(folder: &Path, report: &Report) -> Result<(), Trouble> {
     for (path, text) in &report.files {
         write_file(&folder.join(path), text)?;
     }
-    write_file(&results, &report.results.to_ron())
+    write_file(&results, &text)
 }
 
 /// Writes a file that does not say the same already.
@@ -113,54 +124,4 @@ fn write_file(path: &Path, text: &str) -> Result<(), Trouble> {
     let folder = path.parent().expect("results lie in a folder");
     fs::create_dir_all(folder).at(folder)?;
     replace(path, text)
-}
-
-/// What varies from run to run.
-#[derive(Serialize)]
-struct Run<'a> {
-    version: &'static str,
-    platform: String,
-    jobs: usize,
-    /// Seconds since 1970.
-    started: u64,
-    seconds: f64,
-    nodes: BTreeMap<&'a str, NodeRun>,
-}
-
-#[derive(Serialize)]
-struct NodeRun {
-    key: Option<String>,
-    output: Option<String>,
-    fate: &'static str,
-    millis: u64,
-}
-
-fn run_ron(plan: &Plan, outcome: &Outcome, jobs: usize, started: Instant) -> String {
-    let nodes = plan.graph.node_weights().zip(&outcome.nodes).map(|(step, node)| {
-        let (fate, millis) = match &node.fate {
-            Fate::Waiting => ("waiting", 0),
-            Fate::Hit => ("hit", 0),
-            Fate::Ran { millis } => ("ran", *millis),
-            Fate::Failed { .. } => ("failed", 0),
-            Fate::Skipped { .. } => ("skipped", 0),
-        };
-        let key = node.key.map(|key| key.to_string());
-        let output = node.output.as_ref().map(|output| output.digest.to_string());
-        (step.address.as_str(), NodeRun { key, output, fate, millis })
-    });
-    let seconds = started.elapsed();
-    let began = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |now| now.saturating_sub(seconds).as_secs());
-    let run = Run {
-        version: env!("CARGO_PKG_VERSION"),
-        platform: platform(),
-        jobs,
-        started: began,
-        seconds: seconds.as_secs_f64(),
-        nodes: nodes.collect(),
-    };
-    ron::ser::to_string_pretty(&run, ron::ser::PrettyConfig::new().indentor(" "))
-        .expect("a run is plain data")
-        + "\n"
 }

@@ -10,6 +10,7 @@ mod lock;
 mod new;
 mod ops;
 mod plan;
+mod run_file;
 mod summary;
 mod verify;
 mod why;

@@ -11,6 +11,7 @@ mod decl;
 mod declare;
 mod external;
 mod lit;
+mod needs;
 mod published;
 mod record;
 mod registry;
@@ -29,6 +30,7 @@ pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, R
 pub use declare::field_name;
 pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
 pub use lit::{Args, Held, Lit, Part};
+pub use needs::Needs;
 pub use published::{Published, read_published};
 pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::{
-    ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, OutDecl,
-    Part, Role, Ty,
+    ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, Needs,
+    OutDecl, Part, Role, Ty,
 };
 
 /// Implemented by [`declare!`](crate::declare) only.
@@ -42,6 +42,12 @@ pub trait Op: Produces {
     /// # Errors
     /// If there is no result; the message says why, to the author of the spec.
     fn run(&self, ctx: &Ctx) -> Result<Self::Out, OpError>;
+
+    /// What running it takes, judged by its arguments and the bytes of all its inputs.
+    #[must_use]
+    fn needs(_args: &Args, _input_bytes: u64) -> Needs {
+        Needs::default()
+    }
 }
 
 /// The coordinates of an axis, known before anything runs: `axis task(scene, env) = tasks()`.
@@ -73,10 +79,12 @@ type List = fn(&Call) -> Result<Table, ArgError>;
 
 type Run = fn(&Call, &Ctx) -> Result<Bytes, OpError>;
 
+type Estimate = fn(&Args, u64) -> Needs;
+
 /// The operations and parts that specs can use.
 #[derive(Default)]
 pub struct Registry {
-    ops: BTreeMap<&'static str, (Decl, Run)>,
+    ops: BTreeMap<&'static str, (Decl, Run, Estimate)>,
     parts: BTreeMap<&'static str, Decl>,
     rows: BTreeMap<&'static str, (Decl, List)>,
 }
@@ -90,7 +98,7 @@ impl Registry {
     pub fn op<T: Op>(mut self) -> Self {
         let out = OutDecl { artifact: T::Out::KIND, dims: T::DIMS, fields: T::Out::FIELDS };
         let run: Run = |call, ctx| Ok(T::build(call)?.run(ctx)?.encode().into());
-        let taken = self.ops.insert(T::NAME, (decl::<T>(Role::Op(out)), run));
+        let taken = self.ops.insert(T::NAME, (decl::<T>(Role::Op(out)), run, T::needs));
         assert!(taken.is_none(), "`{}` is declared twice", T::NAME);
         self
     }
@@ -123,20 +131,20 @@ impl Registry {
     /// The declaration of an operation, a part or coordinates.
     #[must_use]
     pub fn decl(&self, name: &str) -> Option<&Decl> {
-        let op = self.ops.get(name).map(|(decl, _)| decl);
+        let op = self.ops.get(name).map(|(decl, ..)| decl);
         op.or_else(|| self.parts.get(name)).or_else(|| self.rows.get(name).map(|(decl, _)| decl))
     }
 
     /// All declarations, operations first, by name.
     pub fn decls(&self) -> impl Iterator<Item = &Decl> {
         let rows = self.rows.values().map(|(decl, _)| decl);
-        self.ops.values().map(|(decl, _)| decl).chain(self.parts.values()).chain(rows)
+        self.ops.values().map(|(decl, ..)| decl).chain(self.parts.values()).chain(rows)
     }
 
     /// The fields of a kind of artifact; none if it is no record.
     #[must_use]
     pub fn fields(&self, artifact: &str) -> &'static [FieldDecl] {
-        let mut outs = self.ops.values().filter_map(|(decl, _)| match &decl.role {
+        let mut outs = self.ops.values().filter_map(|(decl, ..)| match &decl.role {
             Role::Op(out) if out.artifact == artifact => Some(out.fields),
             _ => None,
         });
@@ -161,8 +169,15 @@ impl Registry {
     /// # Panics
     /// If there is no such operation: the checker saw to it that there is.
     pub fn run(&self, name: &str, call: &Call, ctx: &Ctx) -> Result<Bytes, OpError> {
-        let (_, run) = self.ops.get(name).expect("checked programs name known operations");
+        let (_, run, _) = self.ops.get(name).expect("checked programs name known operations");
         run(call, ctx)
+    }
+
+    /// What running an operation takes, judged by its arguments and the bytes of all its inputs.
+    #[must_use]
+    pub fn needs(&self, name: &str, args: &Args, input_bytes: u64) -> Needs {
+        let estimate = self.ops.get(name).map(|(.., estimate)| estimate(args, input_bytes));
+        estimate.unwrap_or_default()
     }
 
     /// The part with defaults filled in, at every depth.

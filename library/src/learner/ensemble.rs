@@ -49,6 +49,13 @@ impl Learner for Ensemble {
             Model::Polynomial(_) => Err(no_network()),
         }
     }
+
+    fn memory(&self, data_bytes: u64) -> u64 {
+        let own = self.learner.memory(data_bytes);
+        // A prior network has parameters and outputs, and none of what else training has.
+        let prior = if self.prior_network { own / 4 } else { 0 };
+        own + prior + if self.bootstrap { data_bytes } else { 0 }
+    }
 }
 
 /// As many pairs, drawn with replacement.

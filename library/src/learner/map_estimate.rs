@@ -7,6 +7,9 @@ use crate::artifact::{Dataset, Model, NetModel};
 use crate::nn::optim::Pull;
 use crate::nn::{Net, Optimiser, fit};
 
+/// What an action and its reward take in a dataset.
+const PAIR_BYTES: u64 = 16;
+
 declare! {
     /// The maximum a posteriori estimate of a network's parameters, by full-batch descent.
     ///
@@ -46,6 +49,14 @@ impl Learner for MapEstimate {
             return Err(OpError::Failed(message));
         }
         Ok(Model::Net(net))
+    }
+
+    fn memory(&self, data_bytes: u64) -> u64 {
+        // A parameter, its gradient, two running averages and two copies while the model is put
+        // together and encoded; an output, its gradient and one temporary number.
+        let (of_param, of_output) = (6 * 4, 3 * 4);
+        let n = data_bytes / PAIR_BYTES;
+        self.net.n_params() * of_param + self.net.n_outputs() * n * of_output
     }
 
     fn prior_network(&self, ctx: &Ctx) -> Option<NetModel> {

@@ -40,6 +40,12 @@ pub trait Learner: Debug + Send + Sync {
     fn prior_network(&self, _ctx: &Ctx) -> Option<NetModel> {
         None
     }
+
+    /// Roughly how many bytes of memory training takes on a dataset of so many bytes, besides
+    /// these; closed-form learners take next to none.
+    fn memory(&self, _data_bytes: u64) -> u64 {
+        0
+    }
 }
 
 family!(dyn Learner, "Learner", learners);

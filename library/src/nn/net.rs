@@ -15,6 +15,12 @@ use crate::artifact::NetModel;
 pub trait Net: Debug + Send + Sync {
     /// A network whose parameters are drawn from `rng`.
     fn init(&self, rng: &mut ChaCha8Rng) -> NetModel;
+
+    /// How many parameters it has.
+    fn n_params(&self) -> u64;
+
+    /// How many numbers its layers put out for one input.
+    fn n_outputs(&self) -> u64;
 }
 
 declare! {
@@ -44,6 +50,14 @@ impl Net for Mlp {
         params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
         let activation = self.activation.name().to_owned();
         NetModel { hidden: self.hidden.clone(), activation, prior_scale: 0.0, params }
+    }
+
+    fn n_params(&self) -> u64 {
+        layer_shapes(&self.hidden).iter().map(|(n_in, n_out)| ((n_in + 1) * n_out) as u64).sum()
+    }
+
+    fn n_outputs(&self) -> u64 {
+        layer_shapes(&self.hidden).iter().map(|(_, n_out)| *n_out as u64).sum()
     }
 }
 
