@@ -80,9 +80,9 @@ fn completed_nodes_are_not_run_again_and_the_results_are_the_same() {
 }
 
 #[test]
-fn two_runs_at_once_do_no_node_twice() {
+fn eight_runs_at_once_do_no_node_twice() {
     let project = project();
-    let children: Vec<_> = (0..3)
+    let children: Vec<_> = (0..8)
         .map(|_| {
             ivx(project.path(), "exec")
                 .stdout(Stdio::piped())
@@ -105,7 +105,7 @@ fn two_runs_at_once_do_no_node_twice() {
         executed += words.next().and_then(|n| n.parse::<usize>().ok()).expect("a number");
         nodes = words.nth(1).and_then(|n| n.parse().ok()).expect("a number");
     }
-    assert_eq!(executed, nodes, "three processes share the work");
+    assert_eq!(executed, nodes, "they share the work");
 }
 
 #[test]
