@@ -4,6 +4,7 @@
 //! never disagree with the key.
 
 use std::fmt::Write as _;
+use std::sync::LazyLock;
 
 use ivx_cache::Digest;
 use ivx_op::{Array, Artifact as _, Decl, Held, Labels, Lit, Registry};
@@ -41,7 +42,12 @@ pub fn explain(step: &Step, registry: &Registry, input: impl Fn(&Source) -> Dige
 /// The digest of a number that stands where an artifact is expected.
 #[must_use]
 pub fn number_digest(number: f64) -> Digest {
-    Digest::of(&Array::scalar(number).encode())
+    // All of them are encoded alike but for the last bytes, which are the number's.
+    static ZERO: LazyLock<Vec<u8>> = LazyLock::new(|| Array::scalar(0.0).encode());
+    let mut bytes = ZERO.clone();
+    let start = bytes.len() - size_of::<f64>();
+    bytes[start..].copy_from_slice(&number.to_le_bytes());
+    Digest::of(&bytes)
 }
 
 /// The parts one after another, each preceded by its length.
@@ -202,6 +208,13 @@ mod tests {
             number_digest(0.5)
         );
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn the_digest_of_a_number_is_that_of_its_artifact() {
+        for x in [0.0, -0.0, 1.5, -1e300, f64::MIN_POSITIVE, f64::INFINITY, f64::NAN] {
+            assert_eq!(number_digest(x), Digest::of(&Array::scalar(x).encode()), "{x}");
+        }
     }
 
     #[test]
