@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::actions::Actions;
 use crate::error::At as _;
 use crate::hints::{self, Hints};
+use crate::in_use;
 use crate::journal::{self, Journal, Seen};
 use crate::{
     ActionLock, CacheError, Checkpoints, Conflict, Digest, Objects, Record, Trouble, durable,
@@ -24,8 +25,7 @@ const VERSION: &str = "ivx cache 1\n";
 pub struct Cache {
     pub(crate) root: PathBuf,
     platform: String,
-    /// By key, then sorted by platform.
-    records: BTreeMap<Digest, Vec<Record>>,
+    records: Records,
     seen: BTreeMap<OsString, Seen>,
     journal: Option<Journal>,
     objects: Objects,
@@ -47,23 +47,6 @@ pub enum Committed {
     Known,
 }
 
-/// How much a store holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stats {
-    /// Action records.
-    pub records: usize,
-    /// Journals that they lie in.
-    pub journals: usize,
-    /// The bytes of these.
-    pub journal_bytes: u64,
-    /// Artifacts that are not inside a record.
-    pub objects: usize,
-    /// The bytes of these.
-    pub object_bytes: u64,
-    /// Damaged files kept aside until the next sweep.
-    pub corrupt: usize,
-}
-
 impl Cache {
     /// The store at `root`, made if it is not there, for results of `platform`.
     ///
@@ -73,9 +56,7 @@ impl Cache {
     /// # Errors
     /// If the disk fails, or the store is of another format.
     pub fn open(root: &Path, platform: &str) -> Result<Self, CacheError> {
-        let in_use = prepare(root)?;
-        in_use.lock_shared().at(root)?;
-        Self::load(root, platform, Some(in_use))
+        Self::load(root, platform, Some(in_use::shared(prepare(root)?, root)?))
     }
 
     /// The store at `root` to look things up in: nothing is made there or changed, and a store
@@ -84,30 +65,7 @@ impl Cache {
     /// # Errors
     /// If the disk fails, or the store is of another format.
     pub fn look(root: &Path, platform: &str) -> Result<Self, CacheError> {
-        is_new(root)?;
-        let gate = root.join("in-use");
-        let in_use = match File::open(&gate) {
-            Ok(file) => Some(file),
-            // Nobody can sweep what nobody has opened.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-            Err(source) => return Err(CacheError::Io { path: gate, source }),
-        };
-        if let Some(in_use) = &in_use {
-            in_use.lock_shared().at(root)?;
-        }
-        Self::load(root, platform, in_use)
-    }
-
-    /// The store at `root` for a sweep, or [`CacheError::Busy`] if anyone has it open.
-    pub(crate) fn open_alone(root: &Path) -> Result<Self, CacheError> {
-        let in_use = prepare(root)?;
-        match in_use.try_lock() {
-            Ok(()) => Self::load(root, "", Some(in_use)),
-            Err(fs::TryLockError::WouldBlock) => Err(CacheError::Busy { root: root.to_owned() }),
-            Err(fs::TryLockError::Error(source)) => {
-                Err(CacheError::Io { path: root.to_owned(), source })
-            }
-        }
+        Self::load(root, platform, look(root)?)
     }
 
     fn load(root: &Path, platform: &str, in_use: Option<File>) -> Result<Self, CacheError> {
@@ -242,8 +200,7 @@ impl Cache {
         Ok(Some(lock))
     }
 
-    /// Durations, access times and run history. The first call reads them, so that a run
-    /// with nothing to execute, and nothing to note, need not.
+    /// Durations. The first call reads them, so that a run with nothing to execute need not.
     pub fn hints(&mut self) -> &mut Hints {
         self.hints.get_or_insert_with(|| {
             let mut hints = hints::load(&self.root, &mut self.troubles);
@@ -274,31 +231,14 @@ impl Cache {
             hints::save(hints, &self.root, &mut self.troubles);
         }
     }
-
-    /// How much the store holds.
-    ///
-    /// # Errors
-    /// If the disk fails.
-    pub fn stats(&self) -> Result<Stats, CacheError> {
-        let mut stats = Stats { records: self.records().count(), ..Stats::default() };
-        for (_, bytes) in sizes(&self.root.join("journal"))? {
-            stats.journals += 1;
-            stats.journal_bytes += bytes;
-        }
-        for shelf in names(&self.root.join("objects"))? {
-            for (_, bytes) in sizes(&self.root.join("objects").join(shelf))? {
-                stats.objects += 1;
-                stats.object_bytes += bytes;
-            }
-        }
-        stats.corrupt = names(&self.root.join("corrupt"))?.len();
-        Ok(stats)
-    }
 }
 
+/// Records by key, then sorted by platform.
+pub(crate) type Records = BTreeMap<Digest, Vec<Record>>;
+
 /// The record that stands in the way of this one, if any.
-fn find<'a>(
-    records: &'a BTreeMap<Digest, Vec<Record>>,
+pub(crate) fn find<'a>(
+    records: &'a Records,
     new: &Record,
 ) -> Result<Option<&'a Record>, Box<Conflict>> {
     let mut known = records.get(&new.key).into_iter().flatten();
@@ -315,7 +255,7 @@ fn find<'a>(
     }
 }
 
-fn insert(records: &mut BTreeMap<Digest, Vec<Record>>, new: Record) {
+pub(crate) fn insert(records: &mut Records, new: Record) {
     // Almost every key has one record, so room is made for one.
     let known = records.entry(new.key).or_insert_with(|| Vec::with_capacity(1));
     let place = known.partition_point(|record| record.platform < new.platform);
@@ -336,11 +276,23 @@ fn is_new(root: &Path) -> Result<bool, CacheError> {
     }
 }
 
+/// The lock of one who changes nothing; none where nobody has opened a store yet, so that nobody
+/// can sweep it.
+pub(crate) fn look(root: &Path) -> Result<Option<File>, CacheError> {
+    is_new(root)?;
+    let gate = root.join("in-use");
+    match File::open(&gate) {
+        Ok(file) => in_use::shared(file, root).map(Some),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(source) => Err(CacheError::Io { path: gate, source }),
+    }
+}
+
 /// Checks or makes the folders, and returns the file whose lock says who uses the store.
-fn prepare(root: &Path) -> Result<File, CacheError> {
+pub(crate) fn prepare(root: &Path) -> Result<File, CacheError> {
     let version = root.join("version");
     let is_new = is_new(root)?;
-    for folder in ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints"] {
+    for folder in ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints", "runs", "keys"] {
         let folder = root.join(folder);
         fs::create_dir_all(&folder).at(&folder)?;
     }
@@ -375,7 +327,7 @@ pub(crate) fn names_if_any(folder: &Path) -> Result<Vec<OsString>, CacheError> {
 /// The sorted names in a folder, with sizes; files that vanish meanwhile are left out.
 pub(crate) fn sizes(folder: &Path) -> Result<Vec<(OsString, u64)>, CacheError> {
     let mut sizes = Vec::new();
-    for name in names(folder)? {
+    for name in names_if_any(folder)? {
         let path = folder.join(&name);
         match fs::metadata(&path) {
             Ok(file) => sizes.push((name, file.len())),

@@ -33,10 +33,23 @@ pub enum CacheError {
     #[error(transparent)]
     Conflict(Box<Conflict>),
     /// The store can't be swept while another handle has it open.
-    #[error("the cache {} is in use", root.display())]
+    #[error("the cache {} is in use{}: try again when that has ended", root.display(), by(users))]
     Busy {
         /// The folder of the store.
         root: PathBuf,
+        /// The processes that have it open, as far as the system tells.
+        users: Vec<String>,
+    },
+    /// What a run used is not known any more, so that it can't be kept.
+    #[error(
+        "run {run} can't be kept, or what it used: the list of that is damaged or gone ({})",
+        path.display()
+    )]
+    NoKeys {
+        /// The name of the run.
+        run: String,
+        /// Where the list should be.
+        path: PathBuf,
     },
     /// A record exceeds what a journal can hold.
     #[error("the record of `{node}` takes {bytes} bytes; a journal holds at most {max} in one")]
@@ -48,6 +61,10 @@ pub enum CacheError {
         /// The most that a frame holds.
         max: usize,
     },
+}
+
+fn by(users: &[String]) -> String {
+    if users.is_empty() { String::new() } else { format!(" by {}", users.join(", ")) }
 }
 
 /// One key with two different results on one platform: the operation is not deterministic,
@@ -102,7 +119,33 @@ pub enum Trouble {
     /// Two processes recorded different results.
     #[error(transparent)]
     Conflict(Box<Conflict>),
-    /// Durations, access times and run history were unreadable and start anew.
+    /// A file does not match its digest, and is out of the way.
+    #[error("{}: damaged; it is {} now", path.display(), moved_to.display())]
+    DamagedFile {
+        /// Where it was.
+        path: PathBuf,
+        /// Where it is.
+        moved_to: PathBuf,
+    },
+    /// A run of the history does not match its checksum.
+    #[error(
+        "{}: this run is damaged{}",
+        path.display(),
+        if *kept { ", and what it used is not kept any more" } else { "" }
+    )]
+    DamagedRun {
+        /// The file.
+        path: PathBuf,
+        /// Whether it was a run that is kept.
+        kept: bool,
+    },
+    /// The list of the keys that runs used is damaged or gone.
+    #[error("{}: this list of what runs used is damaged or gone", path.display())]
+    DamagedKeys {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The durations were unreadable and start anew.
     #[error("the hints were damaged ({reason}) and start anew; the old ones are {}", moved_to.display())]
     DamagedHints {
         /// What was wrong.
@@ -110,7 +153,7 @@ pub enum Trouble {
         /// Where the old ones are kept.
         moved_to: PathBuf,
     },
-    /// Durations, access times and run history were not available.
+    /// The durations were not available.
     #[error("the hints were left alone: {reason}")]
     NoHints {
         /// Why.

@@ -1,11 +1,11 @@
-//! What makes a run nicer and may be lost: durations, access times, run history.
+//! What makes a run faster and may be lost: durations.
 //!
 //! They lie in sled, which is named in this file only and is open for moments only. Stores
 //! of it have been lost to crashes and it can panic on damaged ones, so it works on a copy
 //! that has been checked against a digest, and the copy becomes the current one only after
 //! it was closed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
@@ -20,29 +20,16 @@ use crate::error::At as _;
 use crate::lock::{FileLock, try_lock};
 use crate::{CacheError, Digest, Trouble, durable};
 
-/// Runs beyond this many are forgotten, the oldest first.
-const N_RUNS_MAX: usize = 1000;
 /// How often, and how long between, we look whether somebody let go of a lock.
 const N_TRIES: usize = 100;
 const PATIENCE: Duration = Duration::from_millis(5);
 
-/// Durations, access times and run history. Wrong or missing ones cost time, never a result.
+/// How long operations take. Wrong or missing durations cost time, never a result.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hints {
     millis: BTreeMap<String, u64>,
-    last_use: BTreeMap<Digest, u32>,
-    runs: Vec<Run>,
-    /// What sled does not know yet, as it will lie there; `None` is removed.
-    unsaved: BTreeMap<Vec<u8>, Option<Vec<u8>>>,
-}
-
-/// One run in the history.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Run {
-    /// When it started, in milliseconds since 1970.
-    pub started: u64,
-    /// What the caller wants to remember of it.
-    pub summary: String,
+    /// Operations whose durations sled does not know yet.
+    unsaved: BTreeSet<String>,
 }
 
 impl Hints {
@@ -61,49 +48,7 @@ impl Hints {
             None => millis,
         };
         self.millis.insert(op.to_owned(), expected);
-        self.unsaved.insert(key(b'd', op.as_bytes()), Some(expected.to_le_bytes().to_vec()));
-    }
-
-    /// The day, counted from 1970, on which the result of a key was last used.
-    #[must_use]
-    pub fn last_use(&self, key: &Digest) -> Option<u32> {
-        self.last_use.get(key).copied()
-    }
-
-    /// Notes that the result of a key was used. The second note of a day costs nothing.
-    pub fn note_use(&mut self, digest: &Digest, day: u32) {
-        if self.last_use.insert(*digest, day) != Some(day) {
-            self.unsaved.insert(key(b'u', &digest.0), Some(day.to_le_bytes().to_vec()));
-        }
-    }
-
-    /// The runs noted, oldest first.
-    #[must_use]
-    pub fn runs(&self) -> &[Run] {
-        &self.runs
-    }
-
-    /// Notes a run.
-    pub fn note_run(&mut self, run: Run) {
-        self.unsaved.insert(run_key(&run), Some(run.summary.as_bytes().to_vec()));
-        self.runs.push(run);
-        self.runs.sort();
-        let n_old = self.runs.len().saturating_sub(N_RUNS_MAX);
-        for old in self.runs.drain(..n_old) {
-            self.unsaved.insert(run_key(&old), None);
-        }
-    }
-
-    /// Forgets the uses of all keys but these.
-    pub(crate) fn retain_uses(&mut self, mut keep: impl FnMut(&Digest) -> bool) {
-        let unsaved = &mut self.unsaved;
-        self.last_use.retain(|digest, _| {
-            let keeps = keep(digest);
-            if !keeps {
-                unsaved.insert(key(b'u', &digest.0), None);
-            }
-            keeps
-        });
+        self.unsaved.insert(op.to_owned());
     }
 
     /// Takes the mean duration of each operation for those not known.
@@ -119,6 +64,12 @@ impl Hints {
         }
     }
 
+    /// Makes [`save`] write every duration. Returns how many there are.
+    pub(crate) fn save_all(&mut self) -> usize {
+        self.unsaved = self.millis.keys().cloned().collect();
+        self.unsaved.len()
+    }
+
     fn read(&mut self, db: &sled::Db) -> sled::Result<()> {
         for entry in db.iter() {
             let (key, value) = entry?;
@@ -129,34 +80,12 @@ impl Hints {
 
     /// Adds an entry of sled; one that makes no sense is as good as none.
     fn insert(&mut self, key: &[u8], value: &[u8]) -> Option<()> {
-        match key.split_first()? {
-            (b'd', op) => {
-                let millis = u64::from_le_bytes(value.try_into().ok()?);
-                self.millis.insert(str::from_utf8(op).ok()?.to_owned(), millis);
-            }
-            (b'u', digest) => {
-                let day = u32::from_le_bytes(value.try_into().ok()?);
-                self.last_use.insert(Digest(digest.try_into().ok()?), day);
-            }
-            (b'r', started) => {
-                let started = u64::from_be_bytes(*started.first_chunk()?);
-                let summary = str::from_utf8(value).ok()?.to_owned();
-                self.runs.push(Run { started, summary });
-            }
-            _ => {}
+        if let (b'd', op) = key.split_first()? {
+            let millis = u64::from_le_bytes(value.try_into().ok()?);
+            self.millis.insert(str::from_utf8(op).ok()?.to_owned(), millis);
         }
         Some(())
     }
-}
-
-fn key(kind: u8, name: &[u8]) -> Vec<u8> {
-    [&[kind], name].concat()
-}
-
-/// Sorts by start; two runs that start together differ in what follows.
-fn run_key(run: &Run) -> Vec<u8> {
-    let digest = Digest::of(run.summary.as_bytes());
-    [b"r", &run.started.to_be_bytes()[..], &digest.0[..8]].concat()
 }
 
 /// The hints of the store at `root`; those that can't be had are empty.
@@ -165,7 +94,6 @@ pub(crate) fn load(root: &Path, troubles: &mut Vec<Trouble>) -> Hints {
     if root.join(FOLDER).exists() {
         with_sled(root, troubles, Keep::No, |db| hints.read(db));
     }
-    hints.runs.sort();
     hints
 }
 
@@ -175,11 +103,9 @@ pub(crate) fn save(hints: &mut Hints, root: &Path, troubles: &mut Vec<Trouble>) 
         return;
     }
     let mut batch = sled::Batch::default();
-    for (key, value) in &hints.unsaved {
-        match value {
-            Some(value) => batch.insert(key.as_slice(), value.as_slice()),
-            None => batch.remove(key.as_slice()),
-        }
+    for op in &hints.unsaved {
+        let millis = hints.millis[op].to_le_bytes();
+        batch.insert([b"d", op.as_bytes()].concat(), &millis);
     }
     let saved = with_sled(root, troubles, Keep::Yes, |db| {
         db.apply_batch(batch)?;
@@ -190,7 +116,7 @@ pub(crate) fn save(hints: &mut Hints, root: &Path, troubles: &mut Vec<Trouble>) 
     }
 }
 
-const FOLDER: &str = "hints.sled";
+pub(crate) const FOLDER: &str = "hints.sled";
 const CURRENT: &str = "current";
 
 /// Whether the copy that sled worked on becomes the current one.
@@ -372,15 +298,9 @@ mod tests {
         assert_eq!((troubles, hints.unsaved.len()), (vec![], 0));
     }
 
-    fn run(started: u64) -> Run {
-        Run { started, summary: format!("run {started}") }
-    }
-
     fn some_hints() -> Hints {
         let mut hints = Hints::default();
         hints.note_millis("f@1", 100);
-        hints.note_use(&Digest([1; 32]), 20_000);
-        hints.note_run(run(7));
         hints
     }
 
@@ -412,13 +332,10 @@ mod tests {
         save_clean(&mut some_hints(), &root);
         let mut other = Hints::default();
         other.note_millis("g@1", 5);
-        other.note_run(run(3));
         save_clean(&mut other, &root);
         let hints = load_clean(&root);
         assert_eq!(hints.expected_millis("f@1"), Some(100));
         assert_eq!(hints.expected_millis("g@1"), Some(5));
-        assert_eq!(hints.last_use(&Digest([1; 32])), Some(20_000));
-        assert_eq!(hints.runs(), [run(3), run(7)]);
     }
 
     #[test]
@@ -426,22 +343,11 @@ mod tests {
         let root = store();
         save_clean(&mut Hints::default(), &root);
         assert!(!root.path().join(FOLDER).exists());
-        save_clean(&mut some_hints(), &root);
-        let mut hints = load_clean(&root);
-        hints.note_use(&Digest([1; 32]), 20_000);
-        assert!(hints.unsaved.is_empty(), "the same day again is nothing new");
-    }
-
-    #[test]
-    fn old_runs_and_uses_of_swept_keys_are_forgotten() {
-        let root = store();
         let mut hints = some_hints();
-        (100..1102).for_each(|started| hints.note_run(run(started)));
-        hints.retain_uses(|key| *key != Digest([1; 32]));
         save_clean(&mut hints, &root);
-        let hints = load_clean(&root);
-        assert_eq!((hints.runs().len(), hints.runs()[0].started), (1000, 102));
-        assert_eq!(hints.last_use(&Digest([1; 32])), None);
+        let before = fs::read(root.path().join(FOLDER).join(CURRENT)).unwrap();
+        save_clean(&mut hints, &root);
+        assert_eq!(fs::read(root.path().join(FOLDER).join(CURRENT)).unwrap(), before);
     }
 
     #[test]
@@ -467,7 +373,7 @@ mod tests {
             assert_eq!(load_clean(&root), Hints::default());
         }
         save_clean(&mut some_hints(), &root);
-        assert_eq!(load_clean(&root).runs(), [run(7)]);
+        assert_eq!(load_clean(&root).expected_millis("f@1"), Some(100));
         assert_eq!(paths(&root.path().join("tmp")).unwrap(), Vec::<PathBuf>::new());
     }
 
@@ -477,7 +383,7 @@ mod tests {
         save_clean(&mut some_hints(), &root);
         let unfinished = root.path().join(FOLDER).join("a copy");
         fs::create_dir(&unfinished).unwrap();
-        assert_eq!(load_clean(&root).runs(), [run(7)]);
+        assert_eq!(load_clean(&root).expected_millis("f@1"), Some(100));
         save_clean(&mut some_hints(), &root);
         assert!(!unfinished.exists());
     }
@@ -489,7 +395,7 @@ mod tests {
         let mut troubles = vec![];
         save(&mut some_hints(), root.path(), &mut troubles);
         assert!(matches!(troubles[..], [Trouble::DamagedHints { .. }]));
-        assert_eq!(load_clean(&root).runs(), [run(7)]);
+        assert_eq!(load_clean(&root).expected_millis("f@1"), Some(100));
     }
 
     #[test]
@@ -501,6 +407,6 @@ mod tests {
         assert!(matches!(troubles[..], [Trouble::NoHints { .. }]));
         drop(held);
         save_clean(&mut hints, &root);
-        assert_eq!(load_clean(&root).runs(), [run(7)]);
+        assert_eq!(load_clean(&root).expected_millis("f@1"), Some(100));
     }
 }

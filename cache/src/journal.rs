@@ -8,7 +8,7 @@ use crate::error::At as _;
 use crate::record::{decode, encode};
 use crate::{CacheError, Digest, Record, Trouble, durable};
 
-const MAGIC: &[u8; 14] = b"ivx journal 1\n";
+pub(crate) const MAGIC: &[u8; 14] = b"ivx journal 1\n";
 const LEN: usize = 4;
 const HEADER: usize = LEN + 8;
 const PAYLOAD_MAX: usize = 64 << 20;
@@ -101,6 +101,11 @@ fn frame(record: &Record) -> Result<Vec<u8>, CacheError> {
     let checksum = checksum(&mut frame);
     frame[LEN..HEADER].copy_from_slice(&checksum);
     Ok(frame)
+}
+
+/// How many bytes a record takes in a journal.
+pub(crate) fn frame_len(record: &Record) -> u64 {
+    (HEADER + encode(record).len()) as u64
 }
 
 /// The first 8 bytes of the SHA-256 of a frame whose checksum is zeroed, which this does.

@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use ivx_cache::{Cache, CacheError, Digest, Fetched, Output, Provenance, Record, sweep};
+use ivx_cache::{
+    Cache, CacheError, Digest, Fetched, Output, Provenance, Record, Sweep, Wanted, sweep,
+};
 
 fn add(cache: &mut Cache, n: u8, output: Output) {
     let provenance = Provenance {
@@ -64,7 +66,10 @@ fn a_look_finds_everything_and_changes_nothing() {
     let cache = Cache::look(root.path(), "x86").unwrap();
     assert_eq!(cache.lookup(&Digest([1; 32])).unwrap().output, output);
     assert_eq!(cache.objects().read(&output).unwrap(), Fetched::Bytes([7; 5000].into()));
-    assert!(matches!(sweep(root.path(), |_, _| false), Err(CacheError::Busy { .. })));
+    assert!(matches!(
+        sweep(root.path(), Sweep::Wet, |_| Wanted::default()),
+        Err(CacheError::Busy { .. })
+    ));
     drop(cache);
     let after = contents(root.path());
     // The sweep made its folders; the look made none.

@@ -6,11 +6,18 @@
 #![expect(clippy::unwrap_used, reason = "a failure of the set-up fails the test")]
 
 use std::env;
+use std::fs;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Instant;
 
-use ivx_cache::{Cache, Committed, Digest, Fetched, Provenance, Record};
+use ivx_cache::{
+    Cache, Committed, Digest, Fetched, History, Provenance, Record, Run, Sweep, Wanted, check,
+    sweep,
+};
+use tempfile::TempDir;
 
 const ROOT: &str = "IVX_CACHE_TEST_ROOT";
 
@@ -149,4 +156,93 @@ fn a_lock_excludes_other_processes_and_dies_with_its_own() {
     holder.kill().unwrap();
     holder.wait().unwrap();
     assert!(cache.try_lock(&key(0)).unwrap().is_some());
+}
+
+#[test]
+fn child_that_sweeps() {
+    let Some(root) = env::var_os(ROOT) else {
+        return;
+    };
+    say(0);
+    let wanted = |_: &[Run]| Wanted { since: Some(u64::MAX), ..Wanted::default() };
+    sweep(root.as_ref(), Sweep::Wet, wanted).unwrap();
+}
+
+/// A store of 150 records, 50 of them with objects, in three journals; a kept run used every
+/// second, the other run all.
+fn store_to_sweep() -> TempDir {
+    let root = tempfile::tempdir().unwrap();
+    for third in 0..3 {
+        let mut cache = Cache::open(root.path(), "x").unwrap();
+        for n in third * 50..third * 50 + 50 {
+            add(&mut cache, n);
+        }
+        cache.checkpoints().save(&key(third), b"state").unwrap();
+        cache.close().unwrap();
+    }
+    let cache = Cache::open(root.path(), "x").unwrap();
+    cache.note_run(1, (0..150).map(key).collect(), "all").unwrap();
+    let kept = cache.note_run(2, (0..150).step_by(2).map(key).collect(), "even").unwrap();
+    let history = History::open(root.path()).unwrap();
+    history.keep(history.runs.iter().find(|run| run.name == kept).unwrap()).unwrap();
+    root
+}
+
+/// A copy of a store, made faster than the store was: nothing is synced.
+fn copy(store: &TempDir) -> TempDir {
+    fn copy_folder(from: &Path, to: &Path) {
+        for entry in fs::read_dir(from).unwrap() {
+            let entry = entry.unwrap();
+            let to = to.join(entry.file_name());
+            if entry.file_type().unwrap().is_dir() {
+                fs::create_dir(&to).unwrap();
+                copy_folder(&entry.path(), &to);
+            } else {
+                fs::copy(entry.path(), to).unwrap();
+            }
+        }
+    }
+    let root = tempfile::tempdir().unwrap();
+    copy_folder(store.path(), root.path());
+    root
+}
+
+#[test]
+fn a_sweep_that_is_killed_anywhere_leaves_a_correct_store() {
+    let store = store_to_sweep();
+    let root = copy(&store);
+    let mut whole = child("child_that_sweeps", root.path());
+    let mut words = said(&mut whole);
+    assert_eq!(words.next(), Some(0));
+    let began = Instant::now();
+    assert!(whole.wait().unwrap().success());
+    let took = began.elapsed();
+
+    for i in 0..12 {
+        let root = copy(&store);
+        let mut sweeper = child("child_that_sweeps", root.path());
+        let mut words = said(&mut sweeper);
+        assert_eq!(words.next(), Some(0));
+        thread::sleep(took * i / 10);
+        sweeper.kill().unwrap();
+        sweeper.wait().unwrap();
+
+        let found = check(root.path()).unwrap();
+        assert_eq!((found.damaged, found.gone), (vec![], 0), "a record has its object");
+        let mut cache = Cache::open(root.path(), "x").unwrap();
+        assert_eq!(cache.troubles(), []);
+        (0..150).step_by(2).for_each(|n| assert_holds(&cache, n));
+        let left: Vec<_> = cache.records().map(|record| record.key).collect();
+        (1..150).filter(|n| left.contains(&key(*n))).for_each(|n| assert_holds(&cache, n));
+        drop(cache);
+
+        let wanted = |_: &[Run]| Wanted { since: Some(u64::MAX), ..Wanted::default() };
+        let swept = sweep(root.path(), Sweep::Wet, wanted).unwrap();
+        assert_eq!(swept.troubles, []);
+        let cache = Cache::open(root.path(), "x").unwrap();
+        let stats = cache.stats().unwrap();
+        // Each sixth of the 150 is even and an object.
+        assert_eq!((stats.records, stats.objects, stats.checkpoints), (75, 25, 0));
+        assert_eq!((stats.runs, stats.kept_runs), (1, 1));
+    }
 }

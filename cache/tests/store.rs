@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use ivx_cache::{
-    Cache, CacheError, Committed, Conflict, Digest, Fetched, Output, Provenance, Record, Run,
-    Stats, Trouble, sweep,
+    Cache, CacheError, Committed, Conflict, Digest, Fetched, Output, Provenance, Record, Stats,
+    Trouble,
 };
 use tempfile::TempDir;
 
@@ -235,14 +235,11 @@ fn hints_survive_and_without_them_durations_come_from_the_records() {
     let root = tempfile::tempdir().unwrap();
     let mut cache = open(&root);
     add(&mut cache, 1, 10);
-    let run = Run { started: 5, summary: "all held".into() };
-    cache.hints().note_run(run.clone());
     cache.hints().note_millis("train@3", 80);
     cache.hints().note_millis("argmax@1", 1);
     cache.close().unwrap();
 
     let mut cache = open(&root);
-    assert_eq!(cache.hints().runs(), [run]);
     // Seeded with the record's 40: (3 · 40 + 80 + 2) / 4 = 50.
     assert_eq!(cache.hints().expected_millis("train@3"), Some(50));
     assert_eq!(cache.hints().expected_millis("argmax@1"), Some(1));
@@ -250,7 +247,6 @@ fn hints_survive_and_without_them_durations_come_from_the_records() {
 
     fs::remove_dir_all(root.path().join("hints.sled")).unwrap();
     let mut cache = open(&root);
-    assert_eq!(cache.hints().runs(), []);
     assert_eq!(cache.hints().expected_millis("train@3"), Some(40));
     assert_eq!(cache.close().unwrap(), []);
 
@@ -259,45 +255,4 @@ fn hints_survive_and_without_them_durations_come_from_the_records() {
     assert_eq!(cache.hints().expected_millis("train@3"), Some(40));
     assert!(matches!(cache.close().unwrap()[..], [Trouble::DamagedHints { .. }]));
     assert_eq!(open(&root).close().unwrap(), []);
-}
-
-#[test]
-fn a_sweep_keeps_what_is_wanted_and_nothing_else() {
-    let root = tempfile::tempdir().unwrap();
-    let (mut a, mut b) = (open(&root), open(&root));
-    let small = add(&mut a, 1, 10);
-    let large = add(&mut b, 2, 10_000);
-    add(&mut a, 3, 20_000);
-    a.hints().note_use(&small.key, 9);
-    a.hints().note_use(&Digest([3; 32]), 7);
-    assert!(matches!(sweep(root.path(), |_, _| false), Err(CacheError::Busy { .. })));
-    a.close().unwrap();
-    b.close().unwrap();
-    for folder in ["tmp", "locks", "corrupt"] {
-        fs::write(root.path().join(folder).join("left"), "by a killed process").unwrap();
-    }
-
-    let mut days = vec![];
-    let swept = sweep(root.path(), |record, day| {
-        days.push(day);
-        record.key != Digest([3; 32])
-    });
-    let swept = swept.unwrap();
-    assert_eq!(days, [Some(9), None, Some(7)]);
-    assert_eq!((swept.records, swept.objects, swept.bytes), (1, 1, 20_000));
-    assert_eq!(swept.troubles, []);
-    for folder in ["tmp", "locks", "corrupt"] {
-        assert_eq!(files(&root.path().join(folder)), Vec::<PathBuf>::new());
-    }
-    let mut cache = open(&root);
-    assert_eq!(cache.records().collect::<Vec<_>>(), [&small, &large]);
-    assert_eq!(cache.hints().last_use(&small.key), Some(9));
-    assert_eq!(cache.hints().last_use(&Digest([3; 32])), None);
-    let bytes = Fetched::Bytes(vec![2; 10_000].into());
-    assert_eq!(cache.objects().read(&large.output).unwrap(), bytes);
-    let stats = cache.stats().unwrap();
-    assert_eq!((stats.journals, stats.objects), (1, 1));
-    cache.close().unwrap();
-    sweep(root.path(), |_, _| false).unwrap();
-    assert_eq!(open(&root).stats().unwrap(), Stats::default());
 }
