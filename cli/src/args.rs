@@ -1,6 +1,7 @@
 //! The command line.
 
 mod cache;
+mod runs;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -8,6 +9,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use cache::*;
+pub(crate) use runs::*;
 
 use crate::machine::bytes;
 
@@ -57,8 +59,14 @@ Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[
     /// Say what a fault such as IVX0302 means, or list them all.
     #[command(after_help = "Example: ivx explain IVX0302")]
     Explain(Explain),
-    /// Take results out of the cache, or in.
-    #[command(subcommand, after_help = "Example: ivx cache export results.ivxa")]
+    /// List the runs of the project, or keep or drop one.
+    #[command(after_help = "Example: ivx runs keep 3f2a91bc")]
+    Runs(Runs),
+    /// Say what is remembered of a run.
+    #[command(after_help = "Example: ivx show 3f2a")]
+    Show(Show),
+    /// Say what the cache holds, and mend or empty it.
+    #[command(subcommand, after_help = "Example: ivx cache stats")]
     Cache(Cache),
     /// Write a small spec to begin with.
     #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]

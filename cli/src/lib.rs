@@ -3,6 +3,7 @@
 mod args;
 mod command;
 mod date;
+mod history;
 mod load;
 mod machine;
 mod progress;
@@ -11,6 +12,8 @@ mod reference;
 mod render;
 mod replace;
 mod setter;
+mod size;
+mod time;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -77,6 +80,8 @@ pub fn run(
         Command::Diff(args) => command::diff(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
         Command::Explain(args) => command::explain(args, out, err),
+        Command::Runs(args) => command::runs(args, out, err),
+        Command::Show(args) => command::show(args, out, err),
         Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
     };

@@ -36,7 +36,9 @@ pub use outcome::{Fate, Node, Outcome};
 pub use petgraph::graph::NodeIndex;
 pub use plan::{Draw, Family, Fed, Plan, Source, Step};
 pub use platform::platform;
-pub use results::{Claim, ExperimentResults, Measure, Report, Results, Setting, report, wanted};
+pub use results::{
+    Claim, ExperimentResults, Measure, Report, Results, Setting, report, settings, wanted,
+};
 pub use schedule::{Options, schedule};
 pub use stop::Stop;
 pub use verify::{Verified, verify};

@@ -147,7 +147,9 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     report
 }
 
-fn settings(params: &[Param]) -> BTreeMap<String, Setting> {
+/// The values of parameters, by name.
+#[must_use]
+pub fn settings(params: &[Param]) -> BTreeMap<String, Setting> {
     params.iter().map(|param| (param.name.clone(), setting(&param.value))).collect()
 }
 

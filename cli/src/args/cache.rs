@@ -1,12 +1,37 @@
 //! `ivx cache ..`
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Subcommand;
+
+use super::Format;
+use crate::machine::bytes;
+use crate::time::parse_age;
 
 /// What to do with the cache of the project that the command is called in.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Cache {
+    /// Say how much there is of what.
+    #[command(after_help = "Example: ivx cache stats --format json")]
+    Stats(Stats),
+    /// Remove results that nobody wants any more, and what killed runs left.
+    ///
+    /// What kept runs used stays (`ivx runs keep`), and what an `ivx.lock` of this project names.
+    /// Without a limit, no result is removed.
+    #[command(after_help = "\
+Examples:
+  ivx cache gc --keep-runs 5                       only what the last 5 runs of each spec used
+  ivx cache gc --older-than 30d --max-size 10GiB   what was not used for 30 days, then what was
+                                                   used longest ago until the rest fits
+  ivx cache gc --keep-runs 1 --max-size 10GiB      the same, but never of each spec's last run")]
+    Gc(Gc),
+    /// Read all of the cache, and put aside what is damaged; exit with 1 if anything is.
+    #[command(after_help = "Example: ivx cache verify")]
+    Verify,
+    /// Make anew what can be lost: merge the journals, learn durations from the records.
+    #[command(after_help = "Example: ivx cache rebuild")]
+    Rebuild,
     /// Put results into an archive, all or those of one spec.
     #[command(after_help = "Example: ivx cache export thesis.ivxa --spec experiments/thesis.ivx")]
     Export(Export),
@@ -16,6 +41,31 @@ pub(crate) enum Cache {
     /// their records have it: take archives from people you trust, or `ivx verify` a sample.
     #[command(after_help = "Example: ivx cache import thesis.ivxa")]
     Import(Import),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Stats {
+    /// How to say it.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Gc {
+    /// Keep what the last N runs of each spec used. Without another limit, the rest goes; but
+    /// what was written this week and no run mentions stays, as it may be of a run that was
+    /// killed.
+    #[arg(long, value_name = "N")]
+    pub(crate) keep_runs: Option<usize>,
+    /// Remove what was last used so long ago: `90m`, `12h`, `30d`, `8w`.
+    #[arg(long, value_name = "AGE", value_parser = parse_age)]
+    pub(crate) older_than: Option<Duration>,
+    /// Remove what was used longest ago until the cache fits: `500MiB`, `10GiB`.
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    pub(crate) max_size: Option<u64>,
+    /// Only say what would be removed.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,11 @@
 //! `ivx cache ..`: one file a subcommand.
 
 mod export;
+mod gc;
 mod import;
+mod rebuild;
+mod stats;
+mod verify;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -14,6 +18,10 @@ pub(crate) fn cache(
     err: &mut dyn Write,
 ) -> Result<u8, Trouble> {
     match command {
+        args::Cache::Stats(args) => stats::stats(args, out),
+        args::Cache::Gc(args) => gc::gc(args, out, err),
+        args::Cache::Verify => verify::verify(out),
+        args::Cache::Rebuild => rebuild::rebuild(out, err),
         args::Cache::Export(args) => export::export(args, out, err),
         args::Cache::Import(args) => import::import(args, out),
     }

@@ -15,9 +15,11 @@ use ivx_op::Outcome as Verdict;
 use super::run_file::run_file;
 use super::summary;
 use super::{jobs, lock, ready};
+use crate::history::{self, Files, Summary};
 use crate::machine::memory;
 use crate::progress::Progress;
 use crate::replace::replace;
+use crate::time::now_millis;
 use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
 
 pub(crate) fn exec(
@@ -61,16 +63,30 @@ pub(crate) fn exec(
     let outcome =
         schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress);
     progress.finish();
+    let (outcome, report) = match outcome {
+        Ok(outcome) => {
+            let stopped = STOP.asked() && outcome.nodes.iter().any(|n| n.fate == Fate::Waiting);
+            let report = (!stopped).then(|| report(&name, &ready.spec, &plan, &outcome));
+            let results = report.as_ref().map(|report| &report.results);
+            let (spec, files) = (&ready.spec, &Files::of(&ready.loaded.project));
+            let summary = Summary::of(spec, files, &plan, &outcome, results, jobs, started);
+            let noted = cache.note_run(now_millis(), history::keys(&outcome), &summary.write());
+            if let Err(error) = noted {
+                writeln!(err, "note: the history lacks this run: {error}")?;
+            }
+            (Ok(outcome), report)
+        }
+        Err(error) => (Err(error), None),
+    };
     for trouble in cache.close()? {
         writeln!(err, "note: {trouble}")?;
     }
     let outcome = outcome?;
-    if STOP.asked() && outcome.nodes.iter().any(|node| node.fate == Fate::Waiting) {
+    let Some(report) = report else {
         summary::executed(&plan, &outcome, started.elapsed(), out)?;
         writeln!(out, "stopped: what was executed is kept, and the next run goes on from there")?;
         return Ok(STOPPED);
-    }
-    let report = report(&name, &ready.spec, &plan, &outcome);
+    };
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report)?;
     write_file(&folder.join("run.ron"), &run_file(&plan, &outcome, jobs, started))?;

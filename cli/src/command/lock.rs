@@ -1,9 +1,11 @@
 //! `ivx.lock`: what a run found, beside the spec.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use ivx_cache::Digest;
 use ivx_engine::{Lock, Locks};
 
 use crate::replace::replace;
@@ -29,6 +31,35 @@ pub(super) fn read(spec: &Path) -> Result<Locks, Trouble> {
         return Err(content(format!("format {} is not {FORMAT}", locks.format)));
     }
     Ok(locks)
+}
+
+/// The digests of all that the locks of a project name. Folders whose names begin with a dot are
+/// not looked into.
+pub(super) fn locked(project: &Path) -> Result<BTreeSet<Digest>, Trouble> {
+    let mut locked = BTreeSet::new();
+    let mut folders = vec![project.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).at(&folder)? {
+            let entry = entry.at(&folder)?;
+            let (name, path) = (entry.file_name(), entry.path());
+            // A link is none of these.
+            let kind = entry.file_type().at(&path)?;
+            if kind.is_dir() && !name.to_string_lossy().starts_with('.') {
+                folders.push(path);
+            } else if kind.is_file() && name == FILE {
+                for lock in read(&path)?.specs.values() {
+                    for digest in lock.nodes.values() {
+                        let content = |why: ivx_cache::NotADigest| Trouble::Content {
+                            path: path.display().to_string(),
+                            why: why.to_string(),
+                        };
+                        locked.insert(digest.parse().map_err(content)?);
+                    }
+                }
+            }
+        }
+    }
+    Ok(locked)
 }
 
 /// Writes the locks with that of one spec made new.

@@ -11,13 +11,15 @@ mod new;
 mod ops;
 mod plan;
 mod run_file;
+mod runs;
+mod show;
 mod summary;
 mod verify;
 mod why;
 
 use std::io::{IsTerminal as _, Write};
 
-use ivx_grammar::check::{Settings, runs};
+use ivx_grammar::check::{Settings, runs as can_run};
 use ivx_grammar::ir;
 use ivx_grammar::{Diagnostic, Severity, parse_literal};
 use ivx_library::registry;
@@ -37,6 +39,8 @@ pub(crate) use fmt::fmt;
 pub(crate) use new::new;
 pub(crate) use ops::ops;
 pub(crate) use plan::plan;
+pub(crate) use runs::runs;
+pub(crate) use show::show;
 pub(crate) use verify::verify;
 pub(crate) use why::why;
 
@@ -70,7 +74,7 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let loaded = load(&args.path, &registry)?;
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
     // Of text that does not read, warnings would be noise.
-    let whole = runs(&loaded.diagnostics);
+    let whole = can_run(&loaded.diagnostics);
     let faults = faults.into_iter().filter(|d| whole || d.code.severity() == Severity::Error);
     let mut diagnostics: Vec<Diagnostic> =
         loaded.diagnostics.iter().cloned().chain(faults).collect();
@@ -79,7 +83,7 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let sources: Vec<_> = files.map(|file| (file.path.clone(), file.text.clone())).collect();
     tell(&diagnostics, &sources, err)?;
     let n_warnings = diagnostics.len();
-    Ok(runs(&diagnostics).then_some(Ready { spec, loaded, registry, n_warnings }))
+    Ok(can_run(&diagnostics).then_some(Ready { spec, loaded, registry, n_warnings }))
 }
 
 /// Writes what is wrong to `err`.

@@ -1,0 +1,42 @@
+//! `ivx runs` and `ivx show`
+
+use clap::Subcommand;
+
+use super::Format;
+
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub(crate) struct Runs {
+    #[command(subcommand)]
+    pub(crate) command: Option<RunsCommand>,
+    /// How to list them.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// What to do with runs.
+#[derive(Debug, Subcommand)]
+pub(crate) enum RunsCommand {
+    /// Keep runs, and in the cache all that they used, whatever `ivx cache gc` is told.
+    Keep(Named),
+    /// Take runs out of the history; what they used goes with the next `ivx cache gc` that
+    /// finds no other use of it.
+    Drop(Named),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Named {
+    /// Their names, as `ivx runs` lists them; the first digits are enough.
+    #[arg(required = true, value_name = "RUN")]
+    pub(crate) names: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Show {
+    /// Its name, as `ivx runs` lists it; the first digits are enough [default: the last run].
+    #[arg(value_name = "RUN")]
+    pub(crate) name: Option<String>,
+    /// How to say it.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}

@@ -1,0 +1,134 @@
+//! `ivx runs`
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::{Duration, UNIX_EPOCH};
+
+use ivx_cache::{History, Run};
+use serde_json::{Value, json};
+
+use crate::args::{Format, RunsCommand};
+use crate::date::spell_moment;
+use crate::history::{Nodes, Summary};
+use crate::progress::spell;
+use crate::{OK, Trouble, WRONG, args, project};
+
+pub(crate) fn runs(
+    args: &args::Runs,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<u8, Trouble> {
+    let Some(history) = history(err)? else {
+        return Ok(match (&args.command, args.format) {
+            (Some(_), _) => WRONG,
+            (None, Format::Json) => writeln!(out, "[]").map(|()| OK)?,
+            (None, Format::Text) => OK,
+        });
+    };
+    let (names, keeps) = match &args.command {
+        None => {
+            list(&history.runs, args.format, out)?;
+            return Ok(OK);
+        }
+        Some(RunsCommand::Keep(named)) => (&named.names, true),
+        Some(RunsCommand::Drop(named)) => (&named.names, false),
+    };
+    let mut named = Vec::new();
+    for name in names {
+        let Some(run) = find(&history.runs, name, err)? else { return Ok(WRONG) };
+        named.push(run);
+    }
+    for run in named {
+        if keeps {
+            history.keep(run)?;
+        } else {
+            history.forget(run)?;
+        }
+        writeln!(out, "{} run {}", if keeps { "kept" } else { "dropped" }, run.name)?;
+    }
+    Ok(OK)
+}
+
+/// The history of the project that the command is called in; says so if there is none.
+pub(super) fn history(err: &mut dyn Write) -> Result<Option<History>, Trouble> {
+    let root: PathBuf = project::cache(&project::here());
+    if !root.join("version").exists() {
+        writeln!(err, "no runs: there is no cache at {}", root.display())?;
+        return Ok(None);
+    }
+    let history = History::open(&root)?;
+    for trouble in &history.troubles {
+        writeln!(err, "note: {trouble}")?;
+    }
+    Ok(Some(history))
+}
+
+/// The one run whose name begins like that; says so if there is none, or several.
+pub(super) fn find<'a>(
+    runs: &'a [Run],
+    name: &str,
+    err: &mut dyn Write,
+) -> io::Result<Option<&'a Run>> {
+    let alike: Vec<&Run> = runs.iter().filter(|run| run.name.starts_with(name)).collect();
+    match alike[..] {
+        [run] => return Ok(Some(run)),
+        [] => writeln!(err, "error: no run is called `{name}`: `ivx runs` lists them")?,
+        _ => {
+            let names: Vec<&str> = alike.iter().map(|run| run.name.as_str()).collect();
+            writeln!(err, "error: `{name}` could be {}", names.join(" or "))?;
+        }
+    }
+    Ok(None)
+}
+
+fn list(runs: &[Run], format: Format, out: &mut dyn Write) -> io::Result<()> {
+    if format == Format::Json {
+        let runs: Vec<Value> = runs.iter().map(as_json).collect();
+        return writeln!(out, "{:#}", Value::from(runs));
+    }
+    for run in runs {
+        let summary = Summary::read(run);
+        let started = spell_moment(UNIX_EPOCH + Duration::from_millis(summary.started));
+        let took = spell(Duration::from_millis(summary.millis));
+        let Nodes { all, executed, .. } = summary.nodes;
+        let nodes = format!("{executed} of {all} executed");
+        let status = status(&summary);
+        write!(out, "{}  {started}  {took:>10}  {status:<8}  {nodes:<20}  ", run.name)?;
+        write!(out, "{}", summary.spec)?;
+        if let Some(profile) = &summary.profile {
+            write!(out, " {profile}")?;
+        }
+        for (n, verdict) in verdicts(&summary) {
+            write!(out, ", {n} {verdict}")?;
+        }
+        writeln!(out, "{}", if run.kept { ", kept" } else { "" })?;
+    }
+    Ok(())
+}
+
+/// How a run ended, in a word.
+pub(super) fn status(summary: &Summary) -> &'static str {
+    use crate::history::Status;
+    match summary.status {
+        Status::Finished => "finished",
+        Status::Stopped => "stopped",
+        Status::Failed => "failed",
+    }
+}
+
+/// How many claims have each verdict.
+fn verdicts(summary: &Summary) -> Vec<(usize, &str)> {
+    let all: Vec<&str> = summary.claims.values().flat_map(|c| c.values()).map(|v| &**v).collect();
+    let count = |verdict: &&str| all.iter().filter(|own| *own == verdict).count();
+    let kinds = ["holds", "undecided", "fails", "not run"];
+    kinds.iter().map(|v| (count(v), *v)).filter(|(n, _)| *n > 0).collect()
+}
+
+/// A run as programs read it.
+pub(super) fn as_json(run: &Run) -> Value {
+    let mut value = serde_json::to_value(Summary::read(run)).expect("a summary is plain data");
+    value["run"] = json!(run.name);
+    value["kept"] = json!(run.kept);
+    value["ended"] = json!(run.ended);
+    value
+}

@@ -1,0 +1,87 @@
+//! `ivx show`
+
+use std::io::{self, Write};
+use std::time::{Duration, UNIX_EPOCH};
+
+use ivx_cache::Run;
+use ivx_engine::Setting;
+
+use super::runs::{as_json, find, history, status};
+use crate::args::Format;
+use crate::date::spell_moment;
+use crate::history::{Nodes, Summary};
+use crate::progress::spell;
+use crate::{OK, Trouble, WRONG, args};
+
+pub(crate) fn show(
+    args: &args::Show,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<u8, Trouble> {
+    let Some(history) = history(err)? else { return Ok(WRONG) };
+    // Every name begins like nothing.
+    let last = history.runs.last().filter(|_| args.name.is_none());
+    let run = match last {
+        Some(run) => Some(run),
+        None => find(&history.runs, args.name.as_deref().unwrap_or_default(), err)?,
+    };
+    let Some(run) = run else { return Ok(WRONG) };
+    match args.format {
+        Format::Json => writeln!(out, "{:#}", as_json(run))?,
+        Format::Text => tell(run, out)?,
+    }
+    Ok(OK)
+}
+
+fn tell(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+    let summary = Summary::read(run);
+    let kept = if run.kept { ", kept" } else { "" };
+    writeln!(out, "run {} of {}: {}{kept}", run.name, summary.spec, status(&summary))?;
+    let took = spell(Duration::from_millis(summary.millis));
+    writeln!(
+        out,
+        "  began     {}, took {took}",
+        spell_moment(UNIX_EPOCH + Duration::from_millis(summary.started))
+    )?;
+    let profile = summary.profile.as_deref().unwrap_or("none");
+    writeln!(out, "  profile   {profile}")?;
+    writeln!(out, "  files     {}", summary.files)?;
+    writeln!(out, "  platform  {}, {} jobs", summary.platform, summary.jobs)?;
+    writeln!(out, "  ivx       {}, library {}", summary.version, summary.library)?;
+    let Nodes { all, executed, hit, failed, skipped } = summary.nodes;
+    write!(out, "  nodes     {all}: {executed} executed, {hit} known")?;
+    if failed > 0 {
+        write!(out, ", {failed} failed, {skipped} skipped because of them")?;
+    }
+    writeln!(out)?;
+    let params = summary.params.iter().map(|(name, value)| format!("{name} = {}", text(value)));
+    part("parameters", params, out)?;
+    let claims = summary.claims.iter().flat_map(|(experiment, claims)| {
+        claims.iter().map(move |(words, verdict)| format!("{verdict:<9} {experiment}: {words}"))
+    });
+    part("claims", claims, out)?;
+    let longest = summary.longest.iter();
+    let longest =
+        longest.map(|(node, ms)| format!("{:>10}  {node}", spell(Duration::from_millis(*ms))));
+    part("longest", longest, out)?;
+    let failures = summary.failures.iter().map(|(node, why)| format!("{node}: {why}"));
+    part("failures", failures, out)
+}
+
+/// A heading and its lines, if there are any.
+fn part(heading: &str, lines: impl Iterator<Item = String>, out: &mut dyn Write) -> io::Result<()> {
+    let mut lines = lines.peekable();
+    if lines.peek().is_some() {
+        writeln!(out, "  {heading}")?;
+    }
+    lines.try_for_each(|line| writeln!(out, "    {line}"))
+}
+
+fn text(setting: &Setting) -> String {
+    match setting {
+        Setting::Bool(b) => b.to_string(),
+        Setting::Int(n) => n.to_string(),
+        Setting::Real(x) => format!("{x:?}"),
+        Setting::Text(text) => text.clone(),
+    }
+}
