@@ -7,7 +7,7 @@ use crate::env::{Points, curve};
 
 declare! {
     /// The reward a model predicts for each action.
-    pub struct Predict = "predict" @ 1 -> Array [x] {
+    pub struct Predict = "predict" @ 2 -> Array [x] {
         /// The model.
         model: One<Model>;
         /// The actions.

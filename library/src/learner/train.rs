@@ -7,7 +7,7 @@ use crate::artifact::{Dataset, Model};
 
 declare! {
     /// A model learned from data. An ensemble of learners gives an ensemble of models.
-    pub struct Train = "train" @ 1 -> Model {
+    pub struct Train = "train" @ 2 -> Model {
         /// How to learn.
         learner: Box<dyn Learner>;
         /// The data.

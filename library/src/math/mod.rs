@@ -4,4 +4,5 @@ pub mod interval;
 pub mod linear_gaussian;
 pub mod moments;
 pub mod order;
+pub mod policy;
 pub mod tail;

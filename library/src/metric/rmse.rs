@@ -7,7 +7,7 @@ use crate::math::moments::mean;
 
 declare! {
     /// The root mean squared error of a model on data.
-    pub struct Rmse = "rmse" @ 1 -> Array {
+    pub struct Rmse = "rmse" @ 2 -> Array {
         /// The model.
         model: One<Model>;
         /// The data.

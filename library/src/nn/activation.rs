@@ -3,18 +3,16 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_op::{Parts, declare, family};
+use ivx_op::{Declared as _, Parts, declare, family};
+
+use super::curve::Curve;
 
 /// A function without parameters, applied number by number.
-///
-/// Its slope must follow from its output alone, so that training keeps only outputs.
 pub trait Activation: Debug + Send + Sync {
     /// The name that a spec and a stored network call it by.
     fn name(&self) -> &'static str;
-    /// Replaces each number by the function's value.
-    fn apply(&self, xs: &mut [f32]);
-    /// Multiplies each gradient by the function's slope where it took the value `y`.
-    fn backward(&self, ys: &[f32], gradients: &mut [f32]);
+    /// The function.
+    fn curve(&self) -> Curve;
 }
 
 declare! {
@@ -32,87 +30,44 @@ declare! {
     pub struct Elu = "elu" @ 1 {}
 }
 
-impl Activation for Tanh {
-    fn name(&self) -> &'static str {
-        "tanh"
-    }
+declare! {
+    /// The logistic sigmoid, `1 / (1 + exp(-x))`.
+    pub struct Sigmoid = "sigmoid" @ 1 {}
+}
 
-    fn apply(&self, xs: &mut [f32]) {
-        for x in xs {
-            *x = tanh(*x);
+declare! {
+    /// The smooth rectifier, `ln(1 + exp(x))`.
+    pub struct Softplus = "softplus" @ 1 {}
+}
+
+declare! {
+    /// The sigmoid linear unit, `x / (1 + exp(-x))`.
+    pub struct Silu = "silu" @ 1 {}
+}
+
+macro_rules! activations {
+    ($($part:ident),+) => {
+        $(impl Activation for $part {
+            fn name(&self) -> &'static str {
+                Self::NAME
+            }
+
+            fn curve(&self) -> Curve {
+                Curve::$part
+            }
+        })+
+
+        /// The activations, by name.
+        pub(crate) fn activations() -> &'static Parts<dyn Activation> {
+            static TABLE: LazyLock<Parts<dyn Activation>> = LazyLock::new(|| {
+                Parts::<dyn Activation>::new()$(.with(|x: $part| Box::new(x)))+
+            });
+            &TABLE
         }
-    }
-
-    fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g *= 1.0 - y * y);
-    }
+    };
 }
 
-/// `tanh` as an odd rational function: it runs in vector registers, and on every platform
-/// by the same multiplications and additions, unlike the system's.
-#[inline]
-#[expect(clippy::excessive_precision, reason = "the coefficients as fitted")]
-fn tanh(x: f32) -> f32 {
-    const P: [f32; 7] = [
-        -2.760_768_5e-16,
-        2.000_187_9e-13,
-        -8.604_671_5e-11,
-        5.122_297_1e-8,
-        1.485_722_36e-5,
-        6.372_619_3e-4,
-        4.893_524_6e-3,
-    ];
-    const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_06e-4, 2.268_434_6e-3, 4.893_525_2e-3];
-    // Beyond this the quotient is 1 to single precision; the polynomials go on growing.
-    let x = x.clamp(-7.998_812, 7.998_812);
-    let square = x * x;
-    let value = |coefficients: &[f32]| coefficients.iter().fold(0.0, |sum, c| sum * square + c);
-    x * value(&P) / value(&Q)
-}
-
-impl Activation for Relu {
-    fn name(&self) -> &'static str {
-        "relu"
-    }
-
-    fn apply(&self, xs: &mut [f32]) {
-        for x in xs {
-            *x = x.max(0.0);
-        }
-    }
-
-    fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g = if *y > 0.0 { *g } else { 0.0 });
-    }
-}
-
-impl Activation for Elu {
-    fn name(&self) -> &'static str {
-        "elu"
-    }
-
-    fn apply(&self, xs: &mut [f32]) {
-        for x in xs {
-            *x = if *x > 0.0 { *x } else { x.exp_m1() };
-        }
-    }
-
-    fn backward(&self, ys: &[f32], gradients: &mut [f32]) {
-        // Below 0 the slope exp(x) is one more than the value.
-        gradients.iter_mut().zip(ys).for_each(|(g, y)| *g *= if *y > 0.0 { 1.0 } else { y + 1.0 });
-    }
-}
-
-/// The activations, by name.
-pub(crate) fn activations() -> &'static Parts<dyn Activation> {
-    static TABLE: LazyLock<Parts<dyn Activation>> = LazyLock::new(|| {
-        Parts::<dyn Activation>::new()
-            .with(|x: Tanh| Box::new(x))
-            .with(|x: Relu| Box::new(x))
-            .with(|x: Elu| Box::new(x))
-    });
-    &TABLE
-}
+activations! { Tanh, Relu, Elu, Sigmoid, Softplus, Silu }
 
 family!(dyn Activation, "Activation", activations);
 
@@ -121,46 +76,52 @@ mod tests {
     use ivx_op::Part;
 
     use super::*;
+    use crate::nn::{Graph, Params, Shape};
 
-    fn grid() -> Vec<f32> {
-        (-4000_i16..=4000).map(|i| f32::from(i) / 200.0).collect()
-    }
+    const NAMES: [&str; 6] = ["tanh", "relu", "elu", "sigmoid", "softplus", "silu"];
 
-    #[test]
-    fn tanh_agrees_with_double_precision() {
-        for x in grid() {
-            let exact = f64::from(x).tanh();
-            assert!((f64::from(tanh(x)) - exact).abs() <= 4e-7 * exact.abs(), "at {x}");
-            assert!(tanh(x).abs() <= 1.0);
-        }
-        assert!(tanh(f32::NAN).is_nan());
+    fn curve(name: &str) -> Curve {
+        let activation = activations().build(&Part::new(name)).unwrap();
+        assert_eq!(activation.name(), name);
+        activation.curve()
     }
 
     #[test]
     fn hand_worked_values() {
-        let apply = |activation: &dyn Activation| {
-            let mut xs = [-1.0, 0.0, 2.0];
-            activation.apply(&mut xs);
-            xs
+        let apply = |name: &str| {
+            let graph = Graph::<f64>::new(Params::default());
+            let x = graph.input(Shape::vectors(1, 3), &[-1.0, 0.0, 2.0]);
+            graph.value(graph.curve(x, curve(name)))
         };
-        assert_eq!(apply(&Relu {}), [0.0, 0.0, 2.0]);
-        // e⁻¹ − 1
-        assert_eq!(apply(&Elu {}), [-0.632_120_55, 0.0, 2.0]);
+        assert_eq!(apply("relu"), [0.0, 0.0, 2.0]);
+        for (name, expected) in [
+            // e⁻¹ − 1
+            ("elu", [-0.632_120_558_828_557_7, 0.0, 2.0]),
+            ("sigmoid", [0.268_941_421_369_995_1, 0.5, 0.880_797_077_977_882_3]),
+            (
+                "softplus",
+                [0.313_261_687_518_222_9, std::f64::consts::LN_2, 2.126_928_011_042_972_4],
+            ),
+            // Those of the sigmoid times x.
+            ("silu", [-0.268_941_421_369_995_1, 0.0, 1.761_594_155_955_764_6]),
+        ] {
+            let close = apply(name).iter().zip(expected).all(|(y, e)| (y - e).abs() < 1e-14);
+            assert!(close, "{name}: {:?}", apply(name));
+        }
     }
 
     #[test]
     fn slopes_agree_with_central_differences() {
-        for name in ["tanh", "relu", "elu"] {
-            let activation = activations().build(&Part::new(name)).unwrap();
-            assert_eq!(activation.name(), name);
-            let h = 1.0 / 128.0;
-            for x in [-3.0_f32, -1.0, -0.25, 0.25, 1.0, 3.0] {
-                let mut ys = [x - h, x, x + h];
-                activation.apply(&mut ys);
-                let mut slope = [2.0];
-                activation.backward(&ys[1..2], &mut slope);
-                let difference = (ys[2] - ys[0]) / h;
-                assert!((slope[0] - difference).abs() < 2e-4, "{name} at {x}");
+        for name in NAMES {
+            let h = 1e-5;
+            for x in [-30.0, -3.0, -1.0, -0.25, 0.25, 1.0, 3.0, 30.0] {
+                let graph = Graph::<f64>::new(Params::default());
+                let x = graph.variable(Shape::vectors(1, 3), &[x - h, x, x + h]);
+                let y = graph.curve(x, curve(name));
+                graph.backward(graph.sum(y));
+                let (ys, slope) = (graph.value(y), graph.grad(x)[1]);
+                let difference = (ys[2] - ys[0]) / (2.0 * h);
+                assert!((slope - difference).abs() < 1e-9, "{name}: {slope} and {difference}");
             }
         }
     }

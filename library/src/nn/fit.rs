@@ -1,19 +1,17 @@
 //! Training and evaluating networks.
 
-use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::rc::Rc;
 
-use dfdx::prelude::{
-    AsArray, Backward, Cpu, Gradients, MeanTo as _, Tape, TensorFromVec as _, Trace as _,
-};
 use ivx_op::{Ctx, Data, Part, Tensors};
 
-use super::activation::{Activation, activations};
-use super::dense::{Batch, Dense, dense};
+use super::activation::activations;
+use super::curve::Curve;
+use super::graph::{Graph, Shape, Var};
 use super::net::layer_shapes;
 use super::optim::{Moments, Pull};
 use super::optimiser::{Optimiser, Step};
+use super::params::{ParamId, Params};
+use super::real::Real as _;
 use crate::artifact::{Dataset, NetModel};
 
 /// The network after `steps` full-batch updates that lower
@@ -36,74 +34,59 @@ pub fn fit(
     steps: u64,
     ctx: &Ctx,
 ) -> NetModel {
-    let mut layers = load(&net, "");
-    let moments = |n: &[f32]| Moments::zeros(n.len());
-    let mut moments: Vec<_> =
-        layers.iter().map(|layer| (moments(&layer.weight), moments(&layer.bias))).collect();
-    let (x, y) = (column(&data.x), column(&data.y));
-    let state = ctx.resume().and_then(|bytes| restore(&bytes, &mut layers, &mut moments));
+    let (graph, layers) = load(&net, "");
+    let mut moments = graph.params().moments();
+    let (x, y) = (singles(&data.x), singles(&data.y));
+    let state = ctx.resume().and_then(|bytes| restore(&bytes, &mut graph.params(), &mut moments));
     for t in state.unwrap_or(0)..steps {
-        ctx.checkpoint(|| keep(t, &layers, &moments));
+        ctx.checkpoint(|| keep(t, &graph.params(), &moments));
+        backward(&graph, &layers, &x, &y);
         let step = Step { t, total: steps, pull };
-        backward(&layers, &x, &y);
-        for (layer, (of_weight, of_bias)) in layers.iter_mut().zip(&mut moments) {
-            let layer = Rc::get_mut(layer).expect("the tape is spent");
-            let (weight_grad, bias_grad) = layer.grads.get_mut();
-            optimiser.update(&step, &mut layer.weight, weight_grad, of_weight);
-            optimiser.update(&step, &mut layer.bias, bias_grad, of_bias);
+        for (params, grads, moments) in graph.params().updates(&mut moments) {
+            optimiser.update(&step, params, grads, moments);
         }
     }
-    for (i, layer) in layers.iter().enumerate() {
-        array_mut(&mut net, &format!("{i}.weight")).clone_from(&layer.weight);
-        array_mut(&mut net, &format!("{i}.bias")).clone_from(&layer.bias);
+    for param in graph.params().arrays() {
+        array_mut(&mut net, &param.name).clone_from(&param.value);
     }
     net
 }
-
-/// The running averages of a layer's weights and of its biases.
-type Averages = (Moments<f32>, Moments<f32>);
 
 /// The kind of a training that is not done.
 const UNFINISHED: &str = "Unfinished";
 
 /// A training before step `t`, as bytes.
-fn keep(t: u64, layers: &[Rc<Dense>], moments: &[Averages]) -> Vec<u8> {
+fn keep(t: u64, params: &Params<f32>, moments: &[Moments<f32>]) -> Vec<u8> {
     let mut arrays = BTreeMap::new();
     let mut put = |name: String, values: &[f32]| {
         arrays.insert(name, Data::F32(vec![values.len()], values.to_vec()));
     };
-    for (i, (layer, (of_weight, of_bias))) in layers.iter().zip(moments).enumerate() {
-        for (part, values, moments) in
-            [("weight", &layer.weight, of_weight), ("bias", &layer.bias, of_bias)]
-        {
-            put(format!("{i}.{part}"), values);
-            put(format!("{i}.{part}.first"), &moments.first);
-            put(format!("{i}.{part}.second"), &moments.second);
-        }
+    for (param, moments) in params.arrays().iter().zip(moments) {
+        put(param.name.clone(), &param.value);
+        put(format!("{}.first", param.name), &moments.first);
+        put(format!("{}.second", param.name), &moments.second);
     }
     Tensors { arrays }.encode(UNFINISHED, &t)
 }
 
 /// The step that a training goes on with; `None`, and nothing changed, if the bytes are not of one
-/// of these layers.
-fn restore(bytes: &[u8], layers: &mut [Rc<Dense>], moments: &mut [Averages]) -> Option<u64> {
+/// of these parameters.
+fn restore(bytes: &[u8], params: &mut Params<f32>, moments: &mut [Moments<f32>]) -> Option<u64> {
     let (mut tensors, t): (_, u64) = Tensors::decode(UNFINISHED, bytes)?;
     let mut take = |name: String, n: usize| {
         tensors.f32(&name).map(|(_, values)| values).filter(|values| values.len() == n)
     };
     let mut read = Vec::new();
-    for (i, layer) in layers.iter().enumerate() {
-        for (part, n) in [("weight", layer.weight.len()), ("bias", layer.bias.len())] {
-            let first = take(format!("{i}.{part}.first"), n)?;
-            let second = take(format!("{i}.{part}.second"), n)?;
-            read.push((take(format!("{i}.{part}"), n)?, Moments { first, second }));
-        }
+    for param in params.arrays() {
+        let n = param.value.len();
+        let first = take(format!("{}.first", param.name), n)?;
+        let second = take(format!("{}.second", param.name), n)?;
+        read.push((take(param.name.clone(), n)?, Moments { first, second }));
     }
-    let mut read = read.into_iter();
-    for (layer, (of_weight, of_bias)) in layers.iter_mut().zip(moments) {
-        let layer = Rc::get_mut(layer).expect("there is no tape yet");
-        (layer.weight, *of_weight) = read.next()?;
-        (layer.bias, *of_bias) = read.next()?;
+    for ((value, kept), (param, moments)) in read.into_iter().zip(params.values_mut().zip(moments))
+    {
+        param.copy_from_slice(&value);
+        *moments = kept;
     }
     Some(t)
 }
@@ -117,45 +100,53 @@ pub fn predict(net: &NetModel, xs: &[f64]) -> Vec<f64> {
     if xs.is_empty() {
         return Vec::new();
     }
-    let x = column(xs);
-    let outputs =
-        |prefix| forward(x.clone(), &load(net, prefix)).as_vec().into_iter().map(f64::from);
+    let x = singles(xs);
+    let outputs = |prefix| {
+        let (graph, layers) = load(net, prefix);
+        let y = graph.still(|| forward(&graph, &layers, &x));
+        graph.value(y).into_iter().map(f64::from)
+    };
     if net.prior_scale == 0.0 {
         return outputs("").collect();
     }
     outputs("").zip(outputs("prior.")).map(|(f, prior)| f + net.prior_scale * prior).collect()
 }
 
-/// Half the mean squared error; its gradients are left in the layers.
-fn backward(layers: &[Rc<Dense>], x: &Batch, y: &Batch) -> f32 {
-    let outputs = forward(x.clone().traced(Gradients::leaky()), layers);
-    let loss = (outputs - y.clone()).square().mean() * 0.5;
-    let value = loss.array();
-    loss.backward();
-    value
+/// One layer: weight, bias, and what follows.
+type Layer = (ParamId, ParamId, Curve);
+
+/// Half the mean squared error; its gradients are left in the parameters.
+fn backward(graph: &Graph<f32>, layers: &[Layer], x: &[f32], y: &[f32]) -> f32 {
+    graph.begin();
+    let outputs = forward(graph, layers, x);
+    let y = graph.input(Shape::vectors(y.len(), 1), y);
+    let loss = graph.affine(graph.mean(graph.squared(outputs, y)), 0.5, 0.0);
+    graph.backward(loss);
+    graph.scalar(loss)
 }
 
-fn forward<T: Tape<f32, Cpu>>(x: Batch<T>, layers: &[Rc<Dense>]) -> Batch<T> {
-    layers.iter().fold(x, dense)
+fn forward(graph: &Graph<f32>, layers: &[Layer], x: &[f32]) -> Var {
+    let x = graph.input(Shape::vectors(x.len(), 1), x);
+    layers.iter().fold(x, |x, &(weight, bias, curve)| graph.linear(x, weight, bias, curve))
 }
 
-/// The layers whose arrays bear `prefix`.
-fn load(net: &NetModel, prefix: &str) -> Vec<Rc<Dense>> {
+/// The layers whose arrays bear `prefix`, and a pass through them.
+fn load(net: &NetModel, prefix: &str) -> (Graph<f32>, Vec<Layer>) {
     let activation = activations().build(&Part::new(&net.activation));
-    let activation: Rc<dyn Activation> =
-        activation.expect("networks name known activations").into();
+    let curve = activation.expect("networks name known activations").curve();
     let last = net.hidden.len();
-    let layer = |(i, (n_in, n_out)): (usize, (usize, usize))| {
-        let array = |name| array(net, &format!("{prefix}{i}.{name}")).to_vec();
-        Rc::new(Dense {
-            weight: array("weight"),
-            bias: array("bias"),
-            activation: (i < last).then(|| Rc::clone(&activation)),
-            passes_gradient: i > 0,
-            grads: RefCell::new((vec![0.0; n_in * n_out], vec![0.0; n_out])),
-        })
+    let mut params = Params::default();
+    let mut layer = |(i, (n_in, n_out)): (usize, (usize, usize))| {
+        let mut add = |name: &str, shape: Vec<usize>| {
+            let name = format!("{prefix}{i}.{name}");
+            let values = array(net, &name).to_vec();
+            params.add(name, shape, values)
+        };
+        let (weight, bias) = (add("weight", vec![n_in, n_out]), add("bias", vec![n_out]));
+        (weight, bias, if i < last { curve } else { Curve::Identity })
     };
-    layer_shapes(&net.hidden).into_iter().enumerate().map(layer).collect()
+    let layers = layer_shapes(&net.hidden).into_iter().enumerate().map(&mut layer).collect();
+    (Graph::new(params), layers)
 }
 
 fn array<'a>(net: &'a NetModel, name: &str) -> &'a [f32] {
@@ -168,15 +159,16 @@ fn array_mut<'a>(net: &'a mut NetModel, name: &str) -> &'a mut Vec<f32> {
     found.map(|(.., values)| values).expect("networks have an array for every layer")
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "networks compute in single precision")]
-fn column(values: &[f64]) -> Batch {
-    let singles = values.iter().map(|&x| x as f32).collect();
-    Cpu::default().tensor_from_vec(singles, (values.len(), 1))
+fn singles(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|&x| f32::of(x)).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use dfdx::prelude::{Axis, BroadcastTo as _, OwnedTape, Tensor, TryMatMul as _};
+    use dfdx::prelude::{
+        Axis, Backward as _, BroadcastTo as _, Cpu, Gradients, MeanTo as _, OwnedTape, Tensor,
+        TensorFromVec as _, Trace as _, TryMatMul as _,
+    };
 
     use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::{Mutex, PoisonError};
@@ -203,13 +195,12 @@ mod tests {
 
     /// The gradient of half the mean squared error, by array name.
     fn gradients(net: &NetModel, data: &Dataset) -> Vec<(String, Vec<f32>)> {
-        let layers = load(net, "");
-        backward(&layers, &column(&data.x), &column(&data.y));
-        let both = layers.iter().enumerate().flat_map(|(i, layer)| {
-            let (weight, bias) = layer.grads.borrow().clone();
-            [(format!("{i}.weight"), weight), (format!("{i}.bias"), bias)]
-        });
-        both.collect()
+        let (graph, layers) = load(net, "");
+        backward(&graph, &layers, &singles(&data.x), &singles(&data.y));
+        let params = graph.params();
+        let ids = layers.iter().flat_map(|(weight, bias, _)| [*weight, *bias]);
+        let grad = |id| params.grad(id).expect("every layer learns").to_vec();
+        params.arrays().iter().map(|param| param.name.clone()).zip(ids.map(grad)).collect()
     }
 
     #[test]
@@ -274,20 +265,23 @@ mod tests {
     fn the_fused_layer_agrees_with_dfdx_operations() {
         let (net, data) = (net("relu", &[8, 9]), waves());
         let device = Cpu::default();
-        let layers = load(&net, "");
-        let tensors: Vec<_> = layers
+        let column = |values: &[f64]| device.tensor_from_vec(singles(values), (values.len(), 1));
+        let shapes = layer_shapes(&net.hidden);
+        let tensors: Vec<_> = shapes
             .iter()
-            .zip(layer_shapes(&net.hidden))
-            .map(|(layer, shape)| {
+            .enumerate()
+            .map(|(i, shape)| {
+                let array = |name: &str| array(&net, &format!("{i}.{name}")).to_vec();
                 let bias: Tensor<(usize,), f32, Cpu> =
-                    device.tensor_from_vec(layer.bias.clone(), (shape.1,));
-                (device.tensor_from_vec(layer.weight.clone(), shape), bias)
+                    device.tensor_from_vec(array("bias"), (shape.1,));
+                (device.tensor_from_vec(array("weight"), *shape), bias)
             })
             .collect();
-        let mut x: Batch<OwnedTape<f32, Cpu>> = column(&data.x).traced(Gradients::leaky());
+        let mut x: Tensor<(usize, usize), f32, Cpu, OwnedTape<f32, Cpu>> =
+            column(&data.x).traced(Gradients::leaky());
         for (i, (weight, bias)) in tensors.iter().enumerate() {
             let product = x.matmul(weight.clone());
-            let shape = (data.x.len(), layer_shapes(&net.hidden)[i].1);
+            let shape = (data.x.len(), shapes[i].1);
             let sum = product
                 + bias.retaped::<OwnedTape<f32, Cpu>>().broadcast_like::<_, Axis<0>>(&shape);
             x = if i < 2 { sum.relu() } else { sum };
@@ -352,8 +346,9 @@ mod tests {
     #[test]
     fn dfdx_multiplies_matrices() {
         // (1 2; 3 4)(5 6; 7 8)
-        let matrix =
-            |values: [f32; 4]| -> Batch { Cpu::default().tensor_from_vec(values.to_vec(), (2, 2)) };
+        let matrix = |values: [f32; 4]| -> Tensor<(usize, usize), f32, Cpu> {
+            Cpu::default().tensor_from_vec(values.to_vec(), (2, 2))
+        };
         let product = matrix([1.0, 2.0, 3.0, 4.0]).matmul(matrix([5.0, 6.0, 7.0, 8.0]));
         assert_eq!(product.as_vec(), [19.0, 22.0, 43.0, 50.0]);
     }

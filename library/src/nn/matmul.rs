@@ -3,27 +3,39 @@
 //! Members of an ensemble are trained one a core, so a product must not spread over threads;
 //! dfdx's would.
 
-use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
+use faer::{MatMut, MatRef};
+
+use super::real::{Real, wide};
 
 /// A row-major matrix, as it lies in memory or transposed.
 #[derive(Clone, Copy)]
-pub(super) struct Matrix<'a> {
-    values: &'a [f32],
-    shape: (usize, usize),
-    strides: (usize, usize),
+pub(super) struct Matrix<'a, F> {
+    values: &'a [F],
+    /// As it lies in memory.
+    rows: usize,
+    cols: usize,
+    transposed: bool,
 }
 
-impl<'a> Matrix<'a> {
+impl<'a, F: Real> Matrix<'a, F> {
     /// `rows` by `cols`, row after row.
-    pub(super) fn new(values: &'a [f32], rows: usize, cols: usize) -> Self {
+    pub(super) fn new(values: &'a [F], rows: usize, cols: usize) -> Self {
         assert_eq!(values.len(), rows * cols, "as many values as places");
-        Self { values, shape: (rows, cols), strides: (cols, 1) }
+        Self { values, rows, cols, transposed: false }
     }
 
     /// Its transpose, without a copy.
     pub(super) fn transposed(self) -> Self {
-        let ((rows, cols), (down, right)) = (self.shape, self.strides);
-        Self { values: self.values, shape: (cols, rows), strides: (right, down) }
+        Self { transposed: !self.transposed, ..self }
+    }
+
+    fn shape(self) -> (usize, usize) {
+        if self.transposed { (self.cols, self.rows) } else { (self.rows, self.cols) }
+    }
+
+    fn view(self) -> MatRef<'a, F> {
+        let view = MatRef::from_row_major_slice(self.values, self.rows, self.cols);
+        if self.transposed { view.transpose() } else { view }
     }
 }
 
@@ -31,47 +43,52 @@ impl<'a> Matrix<'a> {
 ///
 /// # Panics
 /// If the shapes do not fit.
-pub(super) fn multiply(a: Matrix<'_>, b: Matrix<'_>, add: bool, out: &mut [f32]) {
-    let ((rows, inner), (n, cols)) = (a.shape, b.shape);
+pub(super) fn multiply<F: Real>(a: Matrix<'_, F>, b: Matrix<'_, F>, add: bool, out: &mut [F]) {
+    let ((rows, inner), (n, cols)) = (a.shape(), b.shape());
     assert_eq!((inner, out.len()), (n, rows * cols), "the shapes fit");
-    if rows.min(inner).min(cols) < 8 {
-        thin(a, b, add, out);
+    if inner == 1 && cols > 1 && !b.transposed {
+        wide(
+            #[inline(always)]
+            || outer(a.values, b.values, add, out),
+        );
+    } else if cols == 1 && !a.transposed {
+        wide(
+            #[inline(always)]
+            || dots(a.values, b.values, add, out),
+        );
     } else {
-        thick(a, b, add, out);
+        F::product(MatMut::from_row_major_slice_mut(out, rows, cols), add, a.view(), b.view());
     }
 }
 
-/// For layers with one input or output, where packing costs more than the product.
-fn thin(a: Matrix<'_>, b: Matrix<'_>, add: bool, out: &mut [f32]) {
-    let (inner, cols) = b.shape;
-    if !add {
-        out.fill(0.0);
-    }
-    for (i, row) in out.chunks_exact_mut(cols).enumerate() {
-        let left = |k| a.values[i * a.strides.0 + k * a.strides.1];
-        if b.strides.1 == 1 {
-            for (k, right) in b.values.chunks_exact(cols).enumerate() {
-                let x = left(k);
-                row.iter_mut().zip(right).for_each(|(sum, y)| *sum += x * y);
-            }
+/// A column times a row.
+#[inline(always)]
+fn outer<F: Real>(a: &[F], b: &[F], add: bool, out: &mut [F]) {
+    for (&x, row) in a.iter().zip(out.chunks_exact_mut(b.len())) {
+        if add {
+            row.iter_mut().zip(b).for_each(|(sum, &y)| *sum += x * y);
         } else {
-            for (sum, right) in row.iter_mut().zip(b.values.chunks_exact(inner)) {
-                *sum += right.iter().enumerate().fold(0.0, |dot, (k, y)| dot + left(k) * y);
-            }
+            row.iter_mut().zip(b).for_each(|(sum, &y)| *sum = x * y);
         }
     }
 }
 
-/// By packed kernels. nalgebra takes them, which know strides, above 5 rows and columns only.
-fn thick(a: Matrix<'_>, b: Matrix<'_>, add: bool, out: &mut [f32]) {
-    fn view(matrix: Matrix<'_>) -> DMatrixView<'_, f32, Dyn, Dyn> {
-        let ((rows, cols), (down, right)) = (matrix.shape, matrix.strides);
-        DMatrixView::from_slice_with_strides(matrix.values, rows, cols, down, right)
+/// A matrix times a column, summed in sixteen lanes.
+#[inline(always)]
+fn dots<F: Real>(a: &[F], b: &[F], add: bool, out: &mut [F]) {
+    for (row, sum) in a.chunks_exact(b.len()).zip(out) {
+        let (rows, row_rest) = row.as_chunks::<16>();
+        let (cols, col_rest) = b.as_chunks::<16>();
+        let mut lanes = [F::zero(); 16];
+        for (xs, ys) in rows.iter().zip(cols) {
+            for i in 0..16 {
+                lanes[i] += xs[i] * ys[i];
+            }
+        }
+        let rest = row_rest.iter().zip(col_rest).fold(F::zero(), |sum, (&x, &y)| sum + x * y);
+        let dot = lanes.iter().fold(rest, |sum, &x| sum + x);
+        *sum = if add { *sum + dot } else { dot };
     }
-    let (rows, cols) = (a.shape.0, b.shape.1);
-    let mut out: DMatrixViewMut<'_, f32, Dyn, Dyn> =
-        DMatrixViewMut::from_slice_with_strides_mut(out, rows, cols, cols, 1);
-    out.gemm(1.0, &view(a), &view(b), if add { 1.0 } else { 0.0 });
 }
 
 #[cfg(test)]
@@ -80,9 +97,16 @@ mod tests {
 
     #[test]
     fn products_of_every_orientation_and_size_are_sums_of_products() {
-        for (rows, inner, cols) in
-            [(1, 1, 1), (2, 3, 4), (9, 1, 20), (9, 20, 1), (9, 12, 20), (1, 12, 9)]
-        {
+        for (rows, inner, cols) in [
+            (1, 1, 1),
+            (2, 3, 4),
+            (9, 1, 20),
+            (9, 20, 1),
+            (9, 40, 1),
+            (9, 12, 20),
+            (1, 12, 9),
+            (32, 64, 6),
+        ] {
             // Small whole numbers, so that sums are exact.
             let whole = |n: usize, seed: usize| -> Vec<f32> {
                 (0..n)

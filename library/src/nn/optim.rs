@@ -2,6 +2,8 @@
 
 use num_traits::Float;
 
+use super::real::wide;
+
 /// Running averages of one array's gradients; which of them a rule uses is its own affair.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moments<F> {
@@ -66,11 +68,16 @@ pub fn adam<F: Float>(
     let decay = real::<F>(rule.lr * rule.pulls.iter().map(|p| p.strength).sum::<f64>());
     let shift = real::<F>(rule.lr * rule.pulls.iter().map(|p| p.strength * p.centre).sum::<f64>());
     let moments = moments.first.iter_mut().zip(&mut moments.second);
-    for ((p, &g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
-        *m = keep1 * *m + new1 * g;
-        *v = keep2 * *v + new2 * g * g;
-        *p = *p - (decay * *p - shift + rate * *m / (v.sqrt() * root + eps));
-    }
+    wide(
+        #[inline(always)]
+        || {
+            for ((p, &g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
+                *m = keep1 * *m + new1 * g;
+                *v = keep2 * *v + new2 * g * g;
+                *p = *p - (decay * *p - shift + rate * *m / (v.sqrt() * root + eps));
+            }
+        },
+    );
 }
 
 /// One step of gradient descent with momentum: `u ← μ u + g`, `θ ← θ - η u`.

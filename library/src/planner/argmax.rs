@@ -11,7 +11,7 @@ use crate::math::moments::uniform;
 declare! {
     /// The action of the highest knowledge equivalent over the members; the first where several
     /// have it.
-    pub struct Argmax = "argmax" @ 1 -> Decision {
+    pub struct Argmax = "argmax" @ 2 -> Decision {
         /// The members, equally probable.
         model: Members<Model>;
         /// How their predictions are reduced.

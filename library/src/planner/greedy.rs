@@ -8,7 +8,7 @@ use crate::env::Points;
 
 declare! {
     /// The action of the highest predicted reward under one model; the first where several have it.
-    pub struct Greedy = "greedy" @ 1 -> Decision {
+    pub struct Greedy = "greedy" @ 2 -> Decision {
         /// The model.
         model: One<Model>;
         /// The actions to choose from.

@@ -4,4 +4,6 @@ mod bayes;
 mod decision;
 mod gaps;
 mod harness;
+mod losses;
+mod networks;
 mod optim;

@@ -123,7 +123,7 @@ mod tests {
             ("1.bias", array(&[1], &[-1.0])),
         ];
         check(&net, "relu", Ok(9.0));
-        check(&net, "sine", Err("one of elu, relu, tanh"));
+        check(&net, "sine", Err("one of elu, relu, sigmoid, silu, softplus, tanh"));
         check(&net[..3], "relu", Err("the array `1.bias` of shape [1] is not there"));
         check(&net[..2], "relu", Err("of shape [1, 1] is not there"));
         let mut turned = net.clone();

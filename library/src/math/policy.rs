@@ -1,0 +1,72 @@
+//! Probabilities of actions by their values.
+
+use crate::math::moments::{mean, real};
+
+/// The first action of the highest value.
+///
+/// # Panics
+/// If there is none.
+#[must_use]
+pub fn greedy(values: &[f64]) -> usize {
+    assert!(!values.is_empty(), "there is an action");
+    (1..values.len()).fold(0, |best, a| if values[a] > values[best] { a } else { best })
+}
+
+/// Every action with a share of `epsilon`, and those of the highest value with the rest, in
+/// equal parts.
+#[must_use]
+pub fn epsilon_greedy(values: &[f64], epsilon: f64) -> Vec<f64> {
+    let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let n_best = values.iter().filter(|value| **value == highest).count();
+    let (each, best) = (epsilon / real(values.len()), (1.0 - epsilon) / real(n_best));
+    values.iter().map(|value| if *value == highest { each + best } else { each }).collect()
+}
+
+/// `π(a) ∝ e^{q(a) / temperature}`.
+#[must_use]
+pub fn boltzmann(values: &[f64], temperature: f64) -> Vec<f64> {
+    let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> =
+        values.iter().map(|value| ((value - highest) / temperature).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.into_iter().map(|weight| weight / sum).collect()
+}
+
+/// Advantages with mean 0 and sample standard deviation 1 (but for `1e-8`).
+#[must_use]
+pub fn normalised(advantages: &[f64]) -> Vec<f64> {
+    let mean = mean(advantages);
+    let squares: f64 = advantages.iter().map(|a| (a - mean).powi(2)).sum();
+    let std = (squares / (real(advantages.len()) - 1.0)).sqrt();
+    advantages.iter().map(|a| (a - mean) / (std + 1e-8)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ties_share_and_the_first_is_greedy() {
+        // A third of 0.3 each, and half of 0.7 for both best.
+        let probs = epsilon_greedy(&[2.0, 2.0, 1.0], 0.3);
+        let expected = [0.45, 0.45, 0.1];
+        assert!(probs.iter().zip(expected).all(|(p, e)| (p - e).abs() < 1e-12), "{probs:?}");
+        assert_eq!(greedy(&[1.0, 2.0, 2.0]), 1);
+    }
+
+    #[test]
+    fn temperature_flattens() {
+        // e^{1/0.5} : 1 and, at a temperature above all values, nearly 1 : 1.
+        let sharp = boltzmann(&[1.0, 0.0], 0.5);
+        assert!((sharp[0] / sharp[1] - 2.0_f64.exp()).abs() < 1e-12);
+        assert!((boltzmann(&[1.0, 0.0], 1e9)[0] - 0.5).abs() < 1e-9);
+        assert_eq!(boltzmann(&[1000.0, -1000.0], 1.0), [1.0, 0.0]);
+    }
+
+    #[test]
+    fn three_advantages() {
+        // Mean 2, sample variance (1 + 0 + 1)/2.
+        let scaled = normalised(&[1.0, 2.0, 3.0]);
+        assert!((scaled[0] + 1.0).abs() < 1e-7 && scaled[1] == 0.0);
+    }
+}

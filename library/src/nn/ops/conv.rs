@@ -1,0 +1,277 @@
+//! Convolutions of images: as products of matrices whose columns are patches.
+
+use crate::nn::graph::{Graph, Shape, Var};
+use crate::nn::matmul::{Matrix, multiply};
+use crate::nn::params::ParamId;
+use crate::nn::real::{Real, wide};
+
+/// How a kernel moves over an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Rows and columns of the kernel.
+    pub kernel: usize,
+    /// How far it moves.
+    pub stride: usize,
+    /// How many rows and columns of zeros surround the image.
+    pub padding: usize,
+}
+
+impl Window {
+    /// How many places it takes along `len` rows or columns; 0 if it does not fit.
+    #[must_use]
+    pub fn places(&self, len: usize) -> usize {
+        match (len + 2 * self.padding).checked_sub(self.kernel) {
+            Some(room) => room / self.stride + 1,
+            None => 0,
+        }
+    }
+
+    /// For each place along `len`, where the tap `k` lies; `None` outside the image.
+    fn tap(&self, place: usize, k: usize, len: usize) -> Option<usize> {
+        (place * self.stride + k).checked_sub(self.padding).filter(|i| *i < len)
+    }
+
+    /// The places at which the tap `k` lies inside: from, to.
+    fn inside(&self, k: usize, len: usize, places: usize) -> (usize, usize) {
+        let from = self.padding.saturating_sub(k).div_ceil(self.stride);
+        let to = (len + self.padding).saturating_sub(k).div_ceil(self.stride).min(places);
+        (from.min(to), to)
+    }
+}
+
+/// The sizes of one convolution, group by group.
+#[derive(Clone, Copy, Debug)]
+struct Sizes {
+    /// Channels, rows and columns of the image.
+    image: [usize; 3],
+    /// Rows and columns of the places.
+    places: [usize; 2],
+    window: Window,
+}
+
+impl Sizes {
+    fn of(image: [usize; 3], window: Window) -> Self {
+        let places = [window.places(image[1]), window.places(image[2])];
+        assert!(places[0] > 0 && places[1] > 0, "the kernel fits into the image");
+        Self { image, places, window }
+    }
+
+    fn n_places(&self) -> usize {
+        self.places[0] * self.places[1]
+    }
+
+    /// Numbers in a patch.
+    fn patch(&self) -> usize {
+        self.image[0] * self.window.kernel * self.window.kernel
+    }
+
+    /// Calls `row(patch row, place, image, len)` for every run of places whose taps lie side by
+    /// side in the image where the stride is 1.
+    fn runs(&self, mut row: impl FnMut(usize, usize, usize, usize)) {
+        let (k, stride) = (self.window.kernel, self.window.stride);
+        let ([channels, rows, cols], [out_rows, out_cols]) = (self.image, self.places);
+        for tap in 0..channels * k * k {
+            let (c, ky, kx) = (tap / (k * k), tap / k % k, tap % k);
+            let (from, to) = self.window.inside(kx, cols, out_cols);
+            if from == to {
+                continue;
+            }
+            for y in 0..out_rows {
+                if let Some(in_y) = self.window.tap(y, ky, rows) {
+                    let in_x = from * stride + kx - self.window.padding;
+                    let image = (c * rows + in_y) * cols + in_x;
+                    row(tap, y * out_cols + from, image, to - from);
+                }
+            }
+        }
+    }
+
+    /// Patches as columns: `[patch, places]`.
+    fn unfold<F: Real>(&self, image: &[F], columns: &mut [F]) {
+        columns.fill(F::zero());
+        let (n, stride) = (self.n_places(), self.window.stride);
+        self.runs(|tap, place, from, len| {
+            let out = &mut columns[tap * n + place..][..len];
+            if stride == 1 {
+                out.copy_from_slice(&image[from..from + len]);
+            } else {
+                out.iter_mut().zip(image[from..].iter().step_by(stride)).for_each(|(y, &x)| *y = x);
+            }
+        });
+    }
+
+    /// Adds patches to the image that they overlap in.
+    fn fold<F: Real>(&self, columns: &[F], image: &mut [F]) {
+        let (n, stride) = (self.n_places(), self.window.stride);
+        self.runs(|tap, place, to, len| {
+            let from = &columns[tap * n + place..][..len];
+            if stride == 1 {
+                let image = &mut image[to..to + len];
+                image.iter_mut().zip(from).for_each(|(x, &y)| *x += y);
+            } else {
+                let image = image[to..].iter_mut().step_by(stride);
+                image.zip(from).for_each(|(x, &y)| *x += y);
+            }
+        });
+    }
+}
+
+impl<F: Real> Graph<F> {
+    /// The cross-correlation of images with kernels.
+    ///
+    /// - `weight`: `[channels out, channels in / groups, kernel, kernel]`.
+    /// - `bias`: `[channels out]`, where there is one.
+    ///
+    /// # Panics
+    /// If the shapes do not fit.
+    pub fn conv2d(
+        &self,
+        x: Var,
+        weight: ParamId,
+        bias: Option<ParamId>,
+        window: Window,
+        groups: usize,
+    ) -> Var {
+        let shape = self.shape(x);
+        let [channels, rows, cols] = shape.item;
+        let n_out = self.params().shape(weight)[0];
+        let expected = [n_out, channels / groups, window.kernel, window.kernel];
+        assert_eq!(self.params().shape(weight), expected, "the kernel fits the channels");
+        assert!(channels.is_multiple_of(groups) && n_out.is_multiple_of(groups), "whole groups");
+        let sizes = Sizes::of([channels / groups, rows, cols], window);
+        let (places, patch) = (sizes.n_places(), sizes.patch());
+        let (group_in, group_out) = (shape.width() / groups, n_out / groups);
+        let scratch = self.keep(patch * places, |_, _| {});
+        let out = Shape { n: shape.n, item: [n_out, sizes.places[0], sizes.places[1]] };
+        let params: Vec<ParamId> = [weight].into_iter().chain(bias).collect();
+        self.op_with(
+            scratch,
+            out,
+            &[x],
+            &params,
+            |arena, columns, out| {
+                let (x, kernels) = (arena.value(x), arena.params.value(weight));
+                if let Some(bias) = bias {
+                    let bias = arena.params.value(bias).iter().cycle();
+                    out.chunks_exact_mut(places).zip(bias).for_each(|(y, &b)| y.fill(b));
+                }
+                for (i, out) in out.chunks_exact_mut(group_out * places).enumerate() {
+                    let kernels = &kernels[i % groups * group_out * patch..][..group_out * patch];
+                    let image = &x[i * group_in..][..group_in];
+                    sizes.unfold(image, columns);
+                    multiply(
+                        Matrix::new(kernels, group_out, patch),
+                        Matrix::new(columns, patch, places),
+                        bias.is_some(),
+                        out,
+                    );
+                }
+            },
+            move |arena, columns, _, grad| {
+                if let Some(bias) = bias {
+                    arena.learn(bias, |_, sums, add| {
+                        if !add {
+                            sums.fill(F::zero());
+                        }
+                        for (i, row) in grad.chunks_exact(places).enumerate() {
+                            sums[i % n_out] += wide(
+                                #[inline(always)]
+                                || row.iter().copied().sum::<F>(),
+                            );
+                        }
+                    });
+                }
+                arena.learn(weight, |arena, out, add| {
+                    let x = arena.value(x);
+                    for (i, grad) in grad.chunks_exact(group_out * places).enumerate() {
+                        sizes.unfold(&x[i * group_in..][..group_in], columns);
+                        let out = &mut out[i % groups * group_out * patch..][..group_out * patch];
+                        let columns = Matrix::new(columns, patch, places).transposed();
+                        let grad = Matrix::new(grad, group_out, places);
+                        multiply(grad, columns, add || i >= groups, out);
+                    }
+                });
+                arena.pass(x, |arena, out, add| {
+                    if !add {
+                        out.fill(F::zero());
+                    }
+                    let kernels = arena.params.value(weight);
+                    for (i, grad) in grad.chunks_exact(group_out * places).enumerate() {
+                        let kernels =
+                            &kernels[i % groups * group_out * patch..][..group_out * patch];
+                        let kernels = Matrix::new(kernels, group_out, patch).transposed();
+                        multiply(kernels, Matrix::new(grad, group_out, places), false, columns);
+                        sizes.fold(columns, &mut out[i * group_in..][..group_in]);
+                    }
+                });
+            },
+        )
+    }
+
+    /// The transpose of a convolution: what [`Graph::conv2d`] passes back, forward.
+    ///
+    /// - `weight`: `[channels in, channels out, kernel, kernel]`.
+    /// - `bias`: `[channels out]`.
+    ///
+    /// Rows and columns: `(rows - 1) stride - 2 padding + kernel`.
+    ///
+    /// # Panics
+    /// If the shapes do not fit.
+    pub fn conv_transpose2d(&self, x: Var, weight: ParamId, bias: ParamId, window: Window) -> Var {
+        let shape = self.shape(x);
+        let [channels, rows, cols] = shape.item;
+        let n_out = self.params().value(bias).len();
+        let expected = [channels, n_out, window.kernel, window.kernel];
+        assert_eq!(self.params().shape(weight), expected, "the kernel fits the channels");
+        let grown = |len: usize| (len - 1) * window.stride + window.kernel - 2 * window.padding;
+        let item = [n_out, grown(rows), grown(cols)];
+        let sizes = Sizes::of(item, window);
+        assert_eq!(sizes.places, [rows, cols], "the window fits");
+        let (places, patch) = (rows * cols, sizes.patch());
+        let width: usize = item.iter().product();
+        let scratch = self.keep(patch * places, |_, _| {});
+        self.op_with(
+            scratch,
+            Shape { n: shape.n, item },
+            &[x],
+            &[weight, bias],
+            |arena, columns, out| {
+                let kernels = Matrix::new(arena.params.value(weight), channels, patch);
+                let biases = arena.params.value(bias).iter().cycle();
+                out.chunks_exact_mut(item[1] * item[2]).zip(biases).for_each(|(y, &b)| y.fill(b));
+                let images = arena.value(x).chunks_exact(channels * places);
+                for (image, out) in images.zip(out.chunks_exact_mut(width)) {
+                    let image = Matrix::new(image, channels, places);
+                    multiply(kernels.transposed(), image, false, columns);
+                    sizes.fold(columns, out);
+                }
+            },
+            move |arena, columns, _, grad| {
+                arena.learn(bias, |_, sums, add| {
+                    if !add {
+                        sums.fill(F::zero());
+                    }
+                    for (i, row) in grad.chunks_exact(item[1] * item[2]).enumerate() {
+                        sums[i % n_out] += row.iter().copied().sum::<F>();
+                    }
+                });
+                arena.learn(weight, |arena, out, add| {
+                    let images = arena.value(x).chunks_exact(channels * places);
+                    for (i, (image, grad)) in images.zip(grad.chunks_exact(width)).enumerate() {
+                        sizes.unfold(grad, columns);
+                        let columns = Matrix::new(columns, patch, places).transposed();
+                        multiply(Matrix::new(image, channels, places), columns, add || i > 0, out);
+                    }
+                });
+                arena.pass(x, |arena, out, add| {
+                    let kernels = Matrix::new(arena.params.value(weight), channels, patch);
+                    let images = out.chunks_exact_mut(channels * places);
+                    for (out, grad) in images.zip(grad.chunks_exact(width)) {
+                        sizes.unfold(grad, columns);
+                        multiply(kernels, Matrix::new(columns, patch, places), add, out);
+                    }
+                });
+            },
+        )
+    }
+}
