@@ -175,8 +175,17 @@ impl Reader<'_> {
         }
         let slice = floor(&self.text[start..], LONGEST);
         let parsed = Ivx::parse(Rule::whole, slice).map(only);
-        let reached = parsed.as_ref().map_or_else(fault::place, parts::end);
-        if start + slice.len() < self.text.len() && reached == slice.len() {
+        let cut = start + slice.len();
+        let reaches_cut = || match &parsed {
+            Ok(pair) => parts::end(pair) == slice.len(),
+            // A token that was cut through is a fault where it begins.
+            Err(error) => {
+                let place = start + fault::place(error);
+                place == cut
+                    || scan::token_across(self.text, start, cut).is_some_and(|at| place >= at)
+            }
+        };
+        if cut < self.text.len() && reaches_cut() {
             let message = format!("this `{word}` is longer than 256 KiB");
             let fault = Fault::plain(self.text, start, message);
             return Some(self.junk(start, block.is_some(), &fault));

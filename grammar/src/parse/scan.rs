@@ -148,6 +148,12 @@ fn tokens(text: &str, from: usize) -> impl Iterator<Item = Token<'_>> {
     })
 }
 
+/// Where the token begins that ends at `cut` or goes across it.
+pub(super) fn token_across(text: &str, from: usize, cut: usize) -> Option<usize> {
+    let last = tokens(text, from).take_while(|token| token.start < cut).last()?;
+    (last.start + last.text.len() >= cut).then_some(last.start)
+}
+
 /// The opening brackets among the tokens from `from` to `to` that nothing closes.
 ///
 /// # Errors

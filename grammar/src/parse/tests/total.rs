@@ -54,10 +54,20 @@ fn large_files_end_quickly() {
     for many_faults in ["let\n", "experiment a { let } "] {
         assert_eq!(faults(500, many_faults), MOST_FAULTS + 1, "{many_faults:?}");
     }
-    let one_item = format!("edition \"2026\" let a = [{}]", "1, ".repeat(100_000));
-    let (ast, diagnostics) = parse(&one_item, 0);
-    assert!(matches!(ast.items[0].kind, ItemKind::Junk { .. }));
-    assert_eq!(diagnostics[0].message, "this `let` is longer than 256 KiB");
+    // Wherever in a token the limit falls.
+    for (entry, shift) in [("1, ", 0), ("\"\\\"é label\", ", 7), ("name, ", 4), ("-12.5e-3, ", 9)]
+    {
+        for shift in 0..=shift {
+            let entries = entry.repeat((1 << 19) / entry.len());
+            let one_item = format!("edition \"2026\" {}let a = [{entries}]", " ".repeat(shift));
+            let (ast, diagnostics) = parse(&one_item, 0);
+            assert!(matches!(ast.items[0].kind, ItemKind::Junk { .. }), "{entry}");
+            let said: Vec<_> = diagnostics.iter().map(|fault| &fault.message[..]).collect();
+            assert_eq!(said, ["this `let` is longer than 256 KiB"], "{entry} at {shift}");
+        }
+    }
+    let fault = format!("edition \"2026\" let a = [1 {}]", "2, ".repeat(100_000));
+    assert_eq!(parse(&fault, 0).1[0].message, "expected `,` or `]`, found `2`");
 }
 
 #[test]
