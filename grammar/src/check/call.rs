@@ -1,5 +1,7 @@
 //! Calls: functions of the spec, parts and operations.
 
+use std::collections::BTreeMap;
+
 use ivx_op::{ArgDecl, ArgKind, ByName, Decl, ExternalKind, Lit, Role, Ty};
 
 use super::Checker;
@@ -73,10 +75,17 @@ impl<'a> Checker<'a> {
         args: &'a Written<'a>,
     ) -> Option<Vec<Option<&'a ast::Expr>>> {
         let mut placed: Vec<Option<&'a ast::Expr>> = vec![None; names.len()];
+        // A few names are found faster one by one.
+        let places = || names.iter().enumerate().rev().map(|(i, name)| (*name, i));
+        let many = (names.len() > 32).then(|| places().collect::<BTreeMap<&str, usize>>());
+        let find = |name: &str| match &many {
+            Some(many) => many.get(name).copied(),
+            None => names.iter().position(|own| *own == name),
+        };
         let mut sound = true;
         for (i, (name, expr)) in args.iter().enumerate() {
             let place = match name {
-                Some(name) => names.iter().position(|own| *own == name.value),
+                Some(name) => find(&name.value),
                 None => Some(i).filter(|i| *i < names.len()),
             };
             let span = name.as_ref().map_or(expr.span, |name| name.span);

@@ -1,5 +1,7 @@
 //! The labels along dimensions that are known before anything runs: those of published numbers.
 
+use std::collections::BTreeMap;
+
 use ivx_op::{Labels, Lit};
 
 use super::Checker;
@@ -70,10 +72,12 @@ impl Checker<'_> {
     ) -> bool {
         let Some(known) = self.labels.get(&(base, dim.to_owned())).cloned() else { return true };
         let texts: Vec<String> = (0..known.len()).map(|i| known.text(i)).collect();
+        let found: BTreeMap<&str, usize> =
+            texts.iter().enumerate().rev().map(|(i, text)| (text.as_str(), i)).collect();
         let mut places = Vec::new();
         for label in labels {
             let text = if let Lit::Text(text) = label { text.clone() } else { label.to_string() };
-            let Some(place) = texts.iter().position(|known| *known == text) else {
+            let Some(place) = found.get(text.as_str()).copied() else {
                 let message = format!("`{dim}` has no label {text:?}");
                 let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
                 self.fault(fault.maybe_help(suggest(&text, texts.iter().map(String::as_str))));

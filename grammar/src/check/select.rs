@@ -1,5 +1,7 @@
 //! Selection: `x[ke: "WCM"]`, along axes and along dimensions.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
@@ -70,15 +72,12 @@ impl<'a> Checker<'a> {
             // Each label may be one of the seeds, and several of them are again any.
             return if one { self.pick(value, axis, 0, span) } else { value };
         }
-        let mut places = Vec::new();
+        let (mut places, mut seen) = (Vec::new(), BTreeSet::new());
+        let meant = Meant::by(labels, &self.spec.axis(axis).coords);
         for label in labels {
             let coords = &self.spec.axis(axis).coords;
-            let found = coords.iter().position(|coord| match label {
-                Lit::Text(text) => coord.label == *text,
-                number => is_number(coord, number),
-            });
-            if let Some((first, other)) =
-                found.and_then(|i| Some((i, ambiguous(coords, label, i)?)))
+            let found = meant.place(label);
+            if let Some((first, other)) = found.and_then(|i| Some((i, meant.ambiguous(label, i)?)))
             {
                 let [first, other] = [first, other].map(|i| &coords[i].label);
                 let message = format!("`{label}` may mean {first:?} and {other:?}");
@@ -88,14 +87,12 @@ impl<'a> Checker<'a> {
                 return self.fault(fault.help(help));
             }
             let Some(place) = found else {
-                let wanted =
-                    if let Lit::Text(text) = label { text.clone() } else { label.to_string() };
-                let help = suggest(&wanted, coords.iter().map(|coord| coord.label.as_str()));
+                let help = suggest(&text(label), coords.iter().map(|coord| coord.label.as_str()));
                 let message = format!("axis `{}` has no label {label}", self.spec.axis(axis).name);
                 let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
                 return self.fault(fault.maybe_help(help));
             };
-            if places.contains(&place) {
+            if !seen.insert(place) {
                 let message = format!("label {label} is selected twice");
                 return self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
             }
@@ -197,15 +194,14 @@ impl<'a> Checker<'a> {
         let one = !matches!(label, Lit::List(_));
         let labels =
             if let Lit::List(labels) = label { labels.clone() } else { vec![label.clone()] };
-        let text = |lit: Lit| match lit.as_f64() {
+        let number = |lit: Lit| match lit.as_f64() {
             Some(x) => Lit::Text(x.to_string()),
             None => lit,
         };
-        let labels: Vec<Lit> = labels.into_iter().map(text).collect();
-        if let Some(again) =
-            labels.iter().enumerate().find(|(i, label)| labels[..*i].contains(label))
-        {
-            let message = format!("label {} is selected twice", again.1);
+        let labels: Vec<Lit> = labels.into_iter().map(number).collect();
+        let mut seen = BTreeSet::new();
+        if let Some(again) = labels.iter().find(|label| !seen.insert(text(label))) {
+            let message = format!("label {again} is selected twice");
             return self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
         }
         let args = ByName::from([
@@ -258,24 +254,76 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// Whether a coordinate stands for a number, or is what `number` is.
-fn is_number(coord: &Coord, number: &Lit) -> bool {
-    match (&coord.value, number) {
-        (Lit::Int(a), Lit::Int(b)) => a == b,
-        (value, number) => {
-            value == number || value.as_f64().is_some_and(|x| Some(x) == number.as_f64())
+/// The places along an axis that some labels mean.
+struct Meant {
+    by_label: BTreeMap<String, usize>,
+    by_value: BTreeMap<Key, Vec<(usize, Lit)>>,
+}
+
+/// What values are looked up by; numbers by the bits of the nearest real.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    Bool(bool),
+    Number(u64),
+}
+
+impl Meant {
+    /// In one pass over the coordinates.
+    fn by(labels: &[Lit], coords: &[Coord]) -> Self {
+        let wanted: BTreeSet<String> = labels.iter().map(text).collect();
+        let values: BTreeSet<Key> = labels.iter().filter_map(key).collect();
+        let mut meant = Self { by_label: BTreeMap::new(), by_value: BTreeMap::new() };
+        for (place, Coord { label, value }) in coords.iter().enumerate() {
+            if wanted.contains(label) {
+                meant.by_label.entry(label.clone()).or_insert(place);
+            }
+            if let Some(key) = key(value).filter(|key| values.contains(key)) {
+                meant.by_value.entry(key).or_default().push((place, value.clone()));
+            }
         }
+        meant
+    }
+
+    /// The first place that a label means: a text its label, a number its value.
+    fn place(&self, label: &Lit) -> Option<usize> {
+        match label {
+            Lit::Text(text) => self.by_label.get(text).copied(),
+            number => self.valued(number).next(),
+        }
+    }
+
+    /// Another place that a number may mean, by its value or by its label.
+    fn ambiguous(&self, label: &Lit, place: usize) -> Option<usize> {
+        if matches!(label, Lit::Text(_)) {
+            return None;
+        }
+        let labelled = self.by_label.get(&text(label)).copied();
+        self.valued(label).chain(labelled).filter(|other| *other != place).min()
+    }
+
+    /// The places of a value, in order. Whole numbers equal only themselves.
+    fn valued<'l>(&'l self, wanted: &'l Lit) -> impl Iterator<Item = usize> + 'l {
+        let known = key(wanted).and_then(|key| self.by_value.get(&key)).into_iter().flatten();
+        let same = move |value: &Lit| match (value, wanted) {
+            (Lit::Int(a), Lit::Int(b)) => a == b,
+            _ => true,
+        };
+        known.filter(move |(_, value)| same(value)).map(|(place, _)| *place)
     }
 }
 
-/// Another coordinate that a number may mean, by its value or by its label.
-fn ambiguous(coords: &[Coord], number: &Lit, place: usize) -> Option<usize> {
-    if matches!(number, Lit::Text(_)) {
-        return None;
+/// What a coordinate that a label names is called.
+fn text(label: &Lit) -> String {
+    if let Lit::Text(text) = label { text.clone() } else { label.to_string() }
+}
+
+/// What a value is looked up by; none if it is neither a number nor a truth value.
+fn key(value: &Lit) -> Option<Key> {
+    match value {
+        Lit::Bool(b) => Some(Key::Bool(*b)),
+        // Adding 0 makes 0 of -0, which it equals.
+        number => number.as_f64().map(|x| Key::Number((x + 0.0).to_bits())),
     }
-    let label = number.to_string();
-    let means = |coord: &Coord| is_number(coord, number) || coord.label == label;
-    (0..coords.len()).find(|i| *i != place && means(&coords[*i]))
 }
 
 /// Some coordinates of an axis, which make one of their own.
@@ -285,4 +333,49 @@ struct Kept {
     restricted: AxisId,
     /// Their places along `axis`, in the order of `restricted`.
     places: Vec<usize>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_mean_the_first_place_of_their_name_or_value() {
+        let coords = |values: &[(&str, Lit)]| -> Vec<Coord> {
+            let coord = |(label, value): &(&str, Lit)| Coord {
+                label: (*label).to_owned(),
+                value: value.clone(),
+            };
+            values.iter().map(coord).collect()
+        };
+        let large = 1_i64 << 53;
+        let axis = coords(&[
+            ("2", 7.into()),
+            ("zero", Lit::Real(-0.0)),
+            ("half", 0.5.into()),
+            ("7", 2.0.into()),
+            ("large", large.into()),
+            ("larger", (large + 1).into()),
+            ("yes", Lit::Bool(true)),
+        ]);
+        let check = |label: Lit, place: Option<usize>, other: Option<usize>| {
+            // Among other labels, and alone.
+            for labels in [vec!["half".into(), label.clone(), 2.into()], vec![label.clone()]] {
+                let meant = Meant::by(&labels, &axis);
+                assert_eq!(meant.place(&label), place, "{label}");
+                let found = place.and_then(|place| meant.ambiguous(&label, place));
+                assert_eq!(found, other, "{label}");
+            }
+        };
+        check("7".into(), Some(3), None);
+        check(7.into(), Some(0), Some(3));
+        check(2.into(), Some(3), Some(0));
+        check(0.into(), Some(1), None);
+        check(0.5.into(), Some(2), None);
+        check((large + 1).into(), Some(5), None);
+        check(large.into(), Some(4), None);
+        check(Lit::Bool(true), Some(6), None);
+        check("true".into(), None, None);
+        check(3.into(), None, None);
+    }
 }
