@@ -131,7 +131,7 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
             let claimed = Claim {
                 claim: claim.source.clone(),
                 outcome: verdict.as_ref().map(ivx_op::Verdict::outcome),
-                findings: verdict.map(|verdict| verdict.findings).unwrap_or_default(),
+                findings: verdict.map(findings).unwrap_or_default(),
             };
             found.claims.insert(claim.name.clone(), claimed);
         }
@@ -179,9 +179,28 @@ fn measure(family: &Family, outcome: &Outcome) -> Measure {
     let values = known.into_iter().map(|value| value.unwrap_or_else(|| unknown.clone())).collect();
     let gathered = Gathered { dims: family.dims.clone(), values, name: String::new() };
     match Array::stack(&gathered) {
-        Ok(array) => Measure { dims: array.dims, values: array.values },
+        Ok(array) => Measure {
+            dims: array.dims,
+            values: array.values.into_iter().map(unsigned_nan).collect(),
+        },
         Err(_) => Measure { dims: family.dims.clone(), values: Vec::new() },
     }
+}
+
+fn findings(verdict: ivx_op::Verdict) -> Vec<Finding> {
+    let plain = |mut finding: Finding| {
+        finding.estimate = unsigned_nan(finding.estimate);
+        finding.interval =
+            finding.interval.map(|(low, high)| (unsigned_nan(low), unsigned_nan(high)));
+        finding
+    };
+    verdict.findings.into_iter().map(plain).collect()
+}
+
+/// The number; NaN without its sign, which says nothing and differs from platform to platform.
+/// Zero keeps its own: it is part of the value.
+fn unsigned_nan(x: f64) -> f64 {
+    if x.is_nan() { f64::NAN } else { x }
 }
 
 fn rendered<T>(
@@ -259,4 +278,38 @@ pub(crate) fn to_ron(value: &impl Serialize) -> String {
     let mut text = ron::ser::to_string_pretty(value, config).expect("results are plain data");
     text.push('\n');
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sign_of_nan_is_not_written_and_that_of_zero_is() {
+        let numbers = [-f64::NAN, f64::NAN, -0.0, 0.0, -f64::INFINITY].map(unsigned_nan);
+        let measure = Measure { dims: Vec::new(), values: numbers.to_vec() };
+        let text = to_ron(&measure);
+        let written: Vec<&str> =
+            text.lines().map(str::trim).filter(|line| line.ends_with(',')).collect();
+        assert_eq!(written[1..6], ["NaN,", "NaN,", "-0.0,", "0.0,", "-inf,"]);
+        let back: Measure = ron::from_str(&text).expect("what is written reads");
+        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&back.values), bits(&numbers));
+    }
+
+    #[test]
+    fn findings_have_no_signed_nan() {
+        let finding = Finding {
+            at: Vec::new(),
+            outcome: Verdict::Undecided,
+            estimate: -f64::NAN,
+            interval: Some((-f64::NAN, 1.0)),
+            n: 0,
+        };
+        let found = findings(ivx_op::Verdict { findings: vec![finding] });
+        let (low, high) = found[0].interval.expect("there was one");
+        assert!(found[0].estimate.is_nan() && low.is_nan());
+        assert!(found[0].estimate.is_sign_positive() && low.is_sign_positive());
+        assert_eq!(high, 1.0);
+    }
 }
