@@ -28,7 +28,7 @@ experiment study_{i} {
     let data = sample(reward, n: n, noise: 0.{i})
     let test = sample(reward, n: 100, noise: 0.{i}, stream: "test")
     let model = train(
-        ensemble(linear_map(features: polynomial(degree: degree)), members: members, bootstrap: true),
+        ensemble(linear_map(features: polynomial(degree: degree)), members: members, prior_network: false),
         on: data)
     let single = train(linear_map(features: polynomial(degree: degree)), on: data)
 

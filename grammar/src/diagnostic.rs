@@ -118,6 +118,8 @@ codes! {
     Kind = 407 Error;
     /// A file of published numbers does not read as such.
     Published = 408 Error;
+    /// The arguments of a call do not go together.
+    Rule = 409 Error;
 
     /// The program expands to more nodes than allowed.
     TooLarge = 501 Error;

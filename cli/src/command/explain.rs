@@ -75,6 +75,7 @@ pages! {
     ClaimAxes "IVX0406"
     Kind "IVX0407"
     Published "IVX0408"
+    Rule "IVX0409"
     TooLarge "IVX0501"
     Unused "IVX0601"
     SharedStream "IVX0602"

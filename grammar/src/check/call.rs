@@ -167,7 +167,7 @@ impl<'a> Checker<'a> {
                 None => sound = false,
             }
         }
-        if sound {
+        if sound && self.go_together((at, decl, span), args, &descs, std::iter::empty()) {
             self.bounded(Desc::Part(decl.name.to_owned(), descs), Ty::Part(family.to_owned()), span)
         } else {
             Val::Poison
@@ -279,7 +279,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Who set the parameter that an expression names.
-    fn origin(&self, at: &At, expr: &ast::Expr) -> Option<(Span, String)> {
+    pub(super) fn origin(&self, at: &At, expr: &ast::Expr) -> Option<(Span, String)> {
         let ast::ExprKind::Name(name) = &expr.kind else {
             return None;
         };

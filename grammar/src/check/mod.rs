@@ -26,6 +26,7 @@ mod param;
 mod profile;
 mod published;
 mod record;
+mod rule;
 mod scope;
 mod select;
 mod value;

@@ -113,6 +113,11 @@ impl<'a> Checker<'a> {
             let names = Lit::List(names.into_iter().map(Lit::Text).collect());
             descs.insert(arg.name.to_owned(), Desc::Lit(names));
         }
+        let ids = |feed: &Fed<'_>| feed.exprs.iter().map(|(id, ..)| *id).collect();
+        let over = fed.iter().map(|feed| (feed.name.to_owned(), ids(feed)));
+        if !self.go_together((at, decl, span), args, &descs, over) {
+            return Val::Poison;
+        }
         let dims = self.dims(out.dims, &fed, &taken);
         if !self.apart(&axes, &dims, span) {
             return Val::Poison;

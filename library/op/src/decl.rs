@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::{RangeFrom, RangeInclusive};
 
-use crate::{ExternalKind, Lit};
+use crate::{ExternalKind, Lit, Rule};
 
 /// The type of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ impl fmt::Display for Ty {
 }
 
 /// One operation or part.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Decl {
     /// The name a spec calls it by.
     pub name: &'static str,
@@ -69,6 +69,8 @@ pub struct Decl {
     pub stochastic: bool,
     /// Its arguments, in the order of positional use.
     pub args: Vec<ArgDecl>,
+    /// What it asks of its arguments together.
+    pub rule: Option<Rule>,
 }
 
 /// What a declared thing is.

@@ -24,6 +24,9 @@
 /// }
 /// ```
 ///
+/// Behind the braces, `rule name;` names a [`Rule`](crate::Rule): a function that says which arguments
+/// do not go together.
+///
 /// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all pointwise
 /// arrays, `[reduce port]` without the named axes, `[reduce port to rank]`.
 #[macro_export]
@@ -38,6 +41,7 @@ macro_rules! declare {
                     $(, unit $unit:literal)?;
             )*
         }
+        $(rule $rule:path;)?
     ) => {
         $(#[doc = $doc])+
         #[derive(Debug)]
@@ -48,6 +52,7 @@ macro_rules! declare {
             const VERSION: u32 = $version;
             const DOCS: &'static str = concat!($($doc, "\n"),+);
             const STOCHASTIC: bool = $crate::declare!(@flag $($flag)?);
+            const RULE: Option<$crate::Rule> = $crate::declare!(@rule $($rule)?);
 
             fn args() -> Vec<$crate::ArgDecl> {
                 vec![$( $crate::ArgDecl {
@@ -75,6 +80,8 @@ macro_rules! declare {
             }
         )?
     };
+    (@rule) => { None };
+    (@rule $rule:path) => { Some($rule) };
     (@flag) => { false };
     (@flag stochastic) => { true };
     (@dims) => { $crate::Dims::Fixed(&[]) };

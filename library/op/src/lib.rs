@@ -17,6 +17,7 @@ mod record;
 mod registry;
 mod rendered;
 mod rng;
+mod rule;
 mod verdict;
 
 pub use arg::{
@@ -36,4 +37,5 @@ pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
 pub use rendered::{Figure, Table};
 pub use rng::{Ctx, Progress};
+pub use rule::{Facts, Rule, Wrong};
 pub use verdict::{Finding, Outcome, Verdict};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::{
     ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, Needs,
-    OutDecl, Part, Role, Ty,
+    OutDecl, Part, Role, Rule, Ty,
 };
 
 /// Implemented by [`declare!`](crate::declare) only.
@@ -18,6 +18,8 @@ pub trait Declared: Sized + Send + Sync + 'static {
     const DOCS: &'static str;
     /// Whether it draws random numbers.
     const STOCHASTIC: bool;
+    /// What it asks of its arguments together.
+    const RULE: Option<Rule>;
     /// Its arguments, in the order of positional use.
     fn args() -> Vec<ArgDecl>;
     /// Builds it from complete arguments.
@@ -229,6 +231,7 @@ fn decl<T: Declared>(role: Role) -> Decl {
         role,
         stochastic: T::STOCHASTIC,
         args: T::args(),
+        rule: T::RULE,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Evenly spaced places.
 
-use ivx_op::{OpError, declare};
+use ivx_op::{Facts, OpError, Wrong, declare};
 
 use super::Points;
 use crate::math::moments::real;
@@ -15,15 +15,14 @@ declare! {
         /// How many places.
         points: usize, in 2.0..=1e6;
     }
+    rule rises;
 }
 
 impl Points for Grid {
     fn points(&self) -> Result<Vec<f64>, OpError> {
         let Self { low, high, points } = *self;
         if low >= high {
-            return Err(OpError::Failed(format!(
-                "the grid must rise, but goes from {low} to {high}"
-            )));
+            return Err(OpError::Failed(falls(low, high)));
         }
         let last = points - 1;
         // Weighted before dividing, so that whole bounds give decimals such as 0.1 exactly.
@@ -39,6 +38,20 @@ impl Points for Grid {
         };
         Ok((0..points).map(place).collect())
     }
+}
+
+fn rises(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match (facts.arg("low"), facts.arg("high")) {
+        (Some(low), Some(high)) if low >= high => {
+            let help = "write the lower end first, and two different ends".to_owned();
+            Err(Wrong { arg: "high", message: falls(low, high), help })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn falls(low: f64, high: f64) -> String {
+    format!("the grid must rise, but goes from {low} to {high}")
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! How a gathered value is laid out for a figure: which dimension plays which role.
 
-use ivx_op::{Array, Dim, Everything, Labels, OpError};
+use ivx_op::{Array, Dim, Everything, Facts, Labels, OpError, Wrong};
 
 use super::interval::{Estimate, interval};
 
@@ -71,13 +71,33 @@ impl Arranged {
     /// If there were more; the message says how to be rid of one.
     pub(super) fn at_most(self, n: usize, remedy: &str) -> Result<Self, OpError> {
         let Some(dim) = self.rest.get(n) else { return Ok(self) };
-        Err(OpError::Failed(format!(
-            "{} also varies over `{}`: {remedy}, reduce it with `mean(.., over: {})`, or select one label",
-            called(&self.name),
-            dim.name,
-            dim.name,
-        )))
+        let (name, help) = (called(&self.name), rid_of(&dim.name, remedy));
+        Err(OpError::Failed(format!("{name} also varies over `{}`: {help}", dim.name)))
     }
+}
+
+/// The rule that at most `n` dimensions of a value are left over, where `named` names the others.
+pub(super) fn left_over(
+    facts: &Facts<'_>,
+    value: &'static str,
+    named: &str,
+    n: usize,
+    remedy: &str,
+) -> Result<(), Wrong> {
+    let named = facts.arg::<Vec<String>>(named).unwrap_or_default();
+    for over in facts.over.get(value).into_iter().flatten() {
+        let mut rest = over.iter().filter(|name| *name != SEED && !named.contains(name));
+        if let Some(name) = rest.nth(n) {
+            let message = format!("`{value}` also varies over `{name}`");
+            return Err(Wrong { arg: value, message, help: rid_of(name, remedy) });
+        }
+    }
+    Ok(())
+}
+
+/// How to be rid of a dimension.
+fn rid_of(dim: &str, remedy: &str) -> String {
+    format!("{remedy}, reduce it with `mean(.., over: {dim})`, or select one label")
 }
 
 /// One text a coordinate of the product of dimensions, last fastest; one empty text for none.

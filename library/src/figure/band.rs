@@ -1,8 +1,8 @@
 //! The area about a value.
 
-use ivx_op::{Array, Ctx, Everything, NumericAxis, Op, OpError, declare};
+use ivx_op::{Array, Ctx, Everything, Facts, NumericAxis, Op, OpError, Wrong, declare};
 
-use super::arrange::{Arranged, arrange, called, names, numbers};
+use super::arrange::{Arranged, arrange, called, left_over, names, numbers};
 use super::drawing::{Mark, Series};
 use super::layer::{Layer, entry};
 
@@ -22,13 +22,13 @@ declare! {
         /// The legend entry; where empty, what the spec calls `center`.
         label: String = "";
     }
+    rule only_x;
 }
 
 impl Op for Band {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
-        let along = |value| {
-            arrange(value, &[], std::slice::from_ref(&self.x.0))?.at_most(0, "a band has only `x`")
-        };
+        let along =
+            |value| arrange(value, &[], std::slice::from_ref(&self.x.0))?.at_most(0, ONLY_X);
         let (center, spread): (Arranged, Arranged) = (along(&self.center)?, along(&self.spread)?);
         if center.inner != spread.inner {
             let (a, b, x) = (called(&center.name), called(&spread.name), names(&center.inner));
@@ -47,6 +47,13 @@ impl Op for Band {
         })
     }
 }
+
+fn only_x(facts: &Facts<'_>) -> Result<(), Wrong> {
+    left_over(facts, "center", "x", 0, ONLY_X)?;
+    left_over(facts, "spread", "x", 0, ONLY_X)
+}
+
+const ONLY_X: &str = "a band has only `x`";
 
 #[cfg(test)]
 mod tests {

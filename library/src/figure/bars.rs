@@ -1,8 +1,8 @@
 //! Bars with whiskers.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Wrong, declare};
 
-use super::arrange::{Arranged, arrange, labels, names};
+use super::arrange::{Arranged, arrange, labels, left_over, names};
 use super::drawing::{Axis, Drawing, Mark, Series};
 use super::interval::Estimate;
 use super::render::render;
@@ -24,6 +24,7 @@ declare! {
         /// What the vertical axis measures; where empty, what the spec calls `y`.
         y_label: String = "";
     }
+    rule one_group;
 }
 
 impl Op for Bars {
@@ -37,6 +38,10 @@ impl Op for Bars {
             series: series(&all),
         }))
     }
+}
+
+fn one_group(facts: &Facts<'_>) -> Result<(), Wrong> {
+    left_over(facts, "y", "by", 1, "name it in `by`")
 }
 
 /// One series for each label of the axis left over.

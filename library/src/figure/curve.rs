@@ -1,6 +1,6 @@
 //! Lines of a value along an axis.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, NumericAxis, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, NumericAxis, Op, OpError, Wrong, declare};
 
 use super::arrange::{arrange, labels, names, numbers};
 use super::drawing::{Mark, Series, Stroke};
@@ -23,11 +23,18 @@ declare! {
         /// `solid`, `dashed` or `thin`.
         style: String = "solid";
     }
+    rule known_style;
 }
 
 impl Op for Curve {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
-        curves(&self.y, &self.x, &self.by, &self.label, stroke(&self.style)?)
+        curves(
+            &self.y,
+            &self.x,
+            &self.by,
+            &self.label,
+            stroke(&self.style).map_err(OpError::Failed)?,
+        )
     }
 }
 
@@ -63,15 +70,20 @@ pub(super) fn curves(
     Ok(Layer { series: series.collect(), x_label: names(&all.inner), y_label: all.name.clone() })
 }
 
-fn stroke(style: &str) -> Result<Stroke, OpError> {
+fn known_style(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let Some(Err(message)) = facts.arg("style").map(|style: String| stroke(&style)) else {
+        return Ok(());
+    };
+    let help = "write `\"solid\"`, `\"dashed\"` or `\"thin\"`".to_owned();
+    Err(Wrong { arg: "style", message, help })
+}
+
+fn stroke(style: &str) -> Result<Stroke, String> {
     match style {
         "solid" => Ok(Stroke::Solid),
         "dashed" => Ok(Stroke::Dashed),
         "thin" => Ok(Stroke::Thin),
-        _ => {
-            let message = format!("no style is called `{style}`: use `solid`, `dashed` or `thin`");
-            Err(OpError::Failed(message))
-        }
+        _ => Err(format!("no style is called `{style}`")),
     }
 }
 
@@ -116,7 +128,7 @@ mod tests {
 
     #[test]
     fn an_unknown_style_is_an_error() {
-        let found = stroke("bold").unwrap_err().to_string();
-        assert_eq!(found, "no style is called `bold`: use `solid`, `dashed` or `thin`");
+        assert_eq!(stroke("bold"), Err("no style is called `bold`".to_owned()));
+        assert_eq!(stroke("thin"), Ok(Stroke::Thin));
     }
 }

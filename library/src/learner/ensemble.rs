@@ -1,6 +1,6 @@
 //! Deep ensembles (Remark 2.7).
 
-use ivx_op::{Ctx, MemberCount, OpError, declare};
+use ivx_op::{Ctx, Facts, MemberCount, OpError, Wrong, declare};
 use rand::RngExt as _;
 
 use super::Learner;
@@ -26,6 +26,7 @@ declare! {
         /// What that network's output is multiplied by.
         prior_scale: f64 = 1.0, in 0.0..;
     }
+    rule priors_are_of_networks;
 }
 
 /// Trains one member, the one that `ctx` names.
@@ -56,6 +57,10 @@ impl Learner for Ensemble {
         let prior = if self.prior_network { own / 4 } else { 0 };
         own + prior + if self.bootstrap { data_bytes } else { 0 }
     }
+
+    fn makes_networks(&self) -> bool {
+        self.learner.makes_networks()
+    }
 }
 
 /// As many pairs, drawn with replacement.
@@ -72,11 +77,22 @@ fn with_prior(mut net: NetModel, prior: NetModel, scale: f64) -> NetModel {
     net
 }
 
-fn no_network() -> OpError {
-    let message = "`prior_network: true` needs a learner of networks, such as `map_estimate`; \
-                   say `prior_network: false` for others";
-    OpError::Failed(message.to_owned())
+fn priors_are_of_networks(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match (facts.arg::<Box<dyn Learner>>("learner"), facts.arg("prior_network")) {
+        (Some(learner), Some(true)) if !learner.makes_networks() => {
+            let help = "say `prior_network: false`".to_owned();
+            Err(Wrong { arg: "prior_network", message: NO_NETWORK.to_owned(), help })
+        }
+        _ => Ok(()),
+    }
 }
+
+fn no_network() -> OpError {
+    OpError::Failed(NO_NETWORK.to_owned())
+}
+
+const NO_NETWORK: &str =
+    "`prior_network: true` needs a learner of networks, such as `map_estimate`";
 
 #[cfg(test)]
 mod tests {

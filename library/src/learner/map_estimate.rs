@@ -62,6 +62,10 @@ impl Learner for MapEstimate {
     fn prior_network(&self, ctx: &Ctx) -> Option<NetModel> {
         Some(self.net.init(&mut ctx.rng("prior", &[])))
     }
+
+    fn makes_networks(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

@@ -46,6 +46,11 @@ pub trait Learner: Debug + Send + Sync {
     fn memory(&self, _data_bytes: u64) -> u64 {
         0
     }
+
+    /// Whether its models are networks, and so `prior_network` has one.
+    fn makes_networks(&self) -> bool {
+        false
+    }
 }
 
 family!(dyn Learner, "Learner", learners);
