@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_op::{
     AnyArtifact, ArgDecl, ArgKind, Array, Artifact, ByName, Decl, Dims, Gather, Lit, OutDecl, Port,
+    Ty,
 };
 
 use super::Checker;
@@ -13,6 +14,10 @@ use super::value::Val;
 use crate::ast::{self, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed, Op};
 use crate::{Code, Diagnostic, Span};
+
+/// Why a comparison is no number where nothing in it is computed.
+const KNOWN_CONDITION: &str = "both sides of the comparison are known before anything runs, so that \
+                               it is a Bool; of what is computed it would be 1 or 0 at each coordinate";
 
 type Matched<'a> = [(&'a ArgDecl, Option<&'a ast::Expr>)];
 
@@ -218,7 +223,12 @@ impl<'a> Checker<'a> {
                 let found = self.describe(&other);
                 let message = format!("`{}.{}` takes {port}, found {found}", decl.name, arg.name);
                 let fault = Diagnostic::new(Code::Type, span, message, format!("expected {port}"));
-                let help = self.made_by(port.artifact);
+                let help = match other {
+                    Val::Desc(_, Ty::Bool) if port.artifact == Array::KIND => {
+                        Some(KNOWN_CONDITION.to_owned())
+                    }
+                    _ => self.made_by(port.artifact),
+                };
                 self.fault(fault.maybe_help(help));
                 None
             }
