@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ivx_engine::{Event, Listen};
 
+use crate::render::visible;
+
 /// How often a plain line is written.
 const LINE: Duration = Duration::from_secs(5);
 
@@ -75,7 +77,7 @@ impl Listen for Progress<'_> {
             Event::Started { address, .. } => {
                 if let Some(bar) = &self.bar {
                     bar.enable_steady_tick(Duration::from_millis(200));
-                    bar.set_message(address.to_owned());
+                    bar.set_message(visible(address));
                 }
             }
             Event::Finished { address, left_millis, .. } => {
@@ -87,13 +89,14 @@ impl Listen for Progress<'_> {
                 } else if self.last_line.elapsed() >= LINE {
                     self.last_line = Instant::now();
                     let elapsed = spell(self.started.elapsed());
-                    let line = format!("[{}/{}] {elapsed}{left}: {address}", self.done, self.nodes);
+                    let (done, nodes, address) = (self.done, self.nodes, visible(address));
+                    let line = format!("[{done}/{nodes}] {elapsed}{left}: {address}");
                     self.say(&line);
                 }
             }
             Event::Failed { address, why } => {
                 self.done += 1;
-                self.say(&format!("failed: {address}: {why}"));
+                self.say(&format!("failed: {}: {why}", visible(address)));
             }
             Event::Skipped { .. } => self.done += 1,
             Event::Noted { what } => self.say(&format!("note: {what}")),

@@ -41,15 +41,33 @@ pub(crate) fn render(
 pub(crate) fn safe(text: &str) -> String {
     let mut safe = String::with_capacity(text.len() + 1);
     for c in text.chars() {
-        // Controls of writing direction make a line look like another.
-        let acts = c.is_control() && !matches!(c, '\n' | '\r' | '\t');
-        if acts || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
+        if acts(c) {
             safe.extend(std::iter::repeat_n('?', c.len_utf8()));
         } else {
             safe.push(c);
         }
     }
     safe
+}
+
+/// The text on one line, with what would act on a terminal written as an escape.
+pub(crate) fn visible(text: &str) -> String {
+    let mut visible = String::with_capacity(text.len());
+    for c in text.chars() {
+        if acts(c) || c.is_control() {
+            visible.extend(c.escape_default());
+        } else {
+            visible.push(c);
+        }
+    }
+    visible
+}
+
+/// Whether a character acts on a terminal, breaks of words and lines aside. Controls of writing
+/// direction make a line look like another.
+fn acts(c: char) -> bool {
+    c.is_control() && !matches!(c, '\n' | '\r' | '\t')
+        || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// A file, made safe to show.

@@ -9,6 +9,7 @@ use petgraph::visit::EdgeRef as _;
 use serde_json::{Value, json};
 
 use super::ready;
+use crate::render::visible;
 use crate::{OK, Trouble, WRONG, args, project};
 
 pub(crate) fn plan(
@@ -31,7 +32,7 @@ pub(crate) fn plan(
     }
     if args.nodes {
         for (step, foreseen) in plan.graph.node_weights().zip(&foreseen) {
-            writeln!(out, "{:<8} {}", word(*foreseen), step.address)?;
+            writeln!(out, "{:<8} {}", word(*foreseen), visible(&step.address))?;
         }
     } else {
         let mut groups: BTreeMap<(&str, &str), [usize; 3]> = BTreeMap::new();

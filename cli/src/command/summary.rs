@@ -8,6 +8,7 @@ use ivx_grammar::ir::Spec;
 use ivx_op::{Finding, Outcome as Verdict};
 
 use crate::progress::spell;
+use crate::render::visible;
 
 /// Writes the claims in the order of the spec, and how many nodes were executed.
 pub(super) fn write(
@@ -49,6 +50,7 @@ pub(super) fn executed(
 
 /// One line a claim, and one for each coordinate at which it does not hold.
 fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
+    let words = visible(words);
     let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |o| o.to_string());
     let held = claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds);
     match &claim.findings[..] {
@@ -62,8 +64,11 @@ fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
                 all.len()
             )?;
             for finding in all.iter().filter(|finding| finding.outcome != Verdict::Holds) {
-                let at: Vec<_> =
-                    finding.at.iter().map(|(axis, label)| format!("{axis} = {label}")).collect();
+                let at: Vec<_> = finding
+                    .at
+                    .iter()
+                    .map(|(axis, label)| format!("{axis} = {}", visible(label)))
+                    .collect();
                 writeln!(
                     out,
                     "            {} at {}{}",
@@ -96,6 +101,15 @@ fn difference(finding: &Finding) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_title_holds_stays_on_its_line() {
+        let held = Claim { claim: String::new(), outcome: Some(Verdict::Holds), findings: vec![] };
+        let mut out = Vec::new();
+        claim("a\n\u{1b}[2Jb \"é\"\t\u{202e}", &held, &mut out).expect("vectors take everything");
+        let expected = "  holds     a\\n\\u{1b}[2Jb \"é\"\\t\\u{202e}\n";
+        assert_eq!(String::from_utf8_lossy(&out), expected);
+    }
 
     #[test]
     fn coordinates_that_do_not_hold_are_listed() {

@@ -8,6 +8,7 @@ use ivx_engine::{Verified, expand, platform};
 
 use super::{jobs, ready};
 use crate::progress::{Progress, spell};
+use crate::render::visible;
 use crate::{FAILED, OK, Trouble, WRONG, args, project};
 
 pub(crate) fn verify(
@@ -27,7 +28,7 @@ pub(crate) fn verify(
     let verified = verified?;
     let (mut same, mut close, mut gone, mut wrong) = (0, 0, 0, 0);
     for (node, verified) in &verified {
-        let address = &plan.graph[*node].address;
+        let address = visible(&plan.graph[*node].address);
         match verified {
             Verified::Same => same += 1,
             Verified::Gone => gone += 1,
