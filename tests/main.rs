@@ -12,6 +12,7 @@ mod examples;
 mod experiments;
 mod explain;
 mod failures;
+mod flips;
 mod foreseen;
 mod keys;
 mod large;

@@ -24,7 +24,16 @@ pub(crate) struct Said {
 impl Project {
     /// A project with these files: path and text.
     pub(crate) fn with(files: &[(&str, &str)]) -> Self {
-        let folder = tempfile::tempdir().expect("temporary folders can be made");
+        Self::at(tempfile::tempdir().expect("temporary folders can be made"), files)
+    }
+
+    /// As [`Self::with`], in memory where the system has such a folder.
+    pub(crate) fn in_memory(files: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
+        Self::at(folder.expect("temporary folders can be made"), files)
+    }
+
+    fn at(folder: TempDir, files: &[(&str, &str)]) -> Self {
         fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
         let project = Self { folder };
         for (path, text) in files {

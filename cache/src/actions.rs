@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, Write as _};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -14,7 +14,7 @@ use nix::fcntl::{FcntlArg, fcntl};
 use nix::libc;
 
 use crate::error::At as _;
-use crate::{CacheError, Digest};
+use crate::{CacheError, Digest, Disk};
 
 /// The byte that every process with a right to execute has locked, shared. Actions lie below.
 const PRESENT: i64 = 1 << 62;
@@ -44,12 +44,12 @@ struct Bytes {
 
 impl Actions {
     /// - `path`: the file, made if it is not there.
-    pub(crate) fn open(path: &Path) -> Result<Self, CacheError> {
-        let file = File::options().create(true).read(true).append(true).open(path).at(path)?;
-        let bytes = Bytes { path: path.to_owned(), file, held: Mutex::default() };
+    pub(crate) fn open(disk: &Disk, path: &Path) -> Result<Self, CacheError> {
+        let file = disk.open(path).at(path)?;
+        let mut bytes = Bytes { path: path.to_owned(), file, held: Mutex::default() };
         bytes.set(libc::F_RDLCK, PRESENT).at(path)?;
         // In this order: whoever counts this byte and finds nobody there knows that we are gone.
-        (&bytes.file).write_all(b".").at(path)?;
+        disk.append(&mut bytes.file, path, b".").at(path)?;
         Ok(Self { bytes: Arc::new(bytes), settled: None })
     }
 
@@ -144,7 +144,10 @@ mod tests {
     fn an_action_has_one_executor_at_a_time() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("actions");
-        let (a, b) = (Actions::open(&path).unwrap(), Actions::open(&path).unwrap());
+        let (a, b) = (
+            Actions::open(&Disk::default(), &path).unwrap(),
+            Actions::open(&Disk::default(), &path).unwrap(),
+        );
         let first = a.try_lock(&key(7)).unwrap().unwrap();
         for handle in [&a, &b] {
             assert!(handle.try_lock(&key(7)).unwrap().is_none());
@@ -165,7 +168,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("actions");
         let (inside, entries) = (AtomicU32::new(0), AtomicU32::new(0));
-        let shared = Actions::open(&path).unwrap();
+        let shared = Actions::open(&Disk::default(), &path).unwrap();
         let meet = |actions: &Actions| {
             for _ in 0..2_000 {
                 if let Some(lock) = actions.try_lock(&key(1)).unwrap() {
@@ -179,7 +182,7 @@ mod tests {
         thread::scope(|scope| {
             for _ in 0..2 {
                 scope.spawn(|| meet(&shared));
-                scope.spawn(|| meet(&Actions::open(&path).unwrap()));
+                scope.spawn(|| meet(&Actions::open(&Disk::default(), &path).unwrap()));
             }
         });
         assert!(entries.into_inner() > 0);
@@ -189,15 +192,15 @@ mod tests {
     fn news_are_looked_for_while_others_are_there_and_once_after() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("actions");
-        let mut own = Actions::open(&path).unwrap();
+        let mut own = Actions::open(&Disk::default(), &path).unwrap();
         let mut came = || own.others_came().unwrap();
         assert_eq!([came(), came()], [true, false]);
-        let other = Actions::open(&path).unwrap();
+        let other = Actions::open(&Disk::default(), &path).unwrap();
         assert_eq!([came(), came()], [true, true]);
         drop(other);
         assert_eq!([came(), came()], [true, false]);
         // One that came and went unseen.
-        drop(Actions::open(&path).unwrap());
+        drop(Actions::open(&Disk::default(), &path).unwrap());
         assert_eq!([came(), came()], [true, false]);
     }
 }

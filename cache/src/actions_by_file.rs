@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::lock::{FileLock, try_lock};
-use crate::{CacheError, Digest};
+use crate::{CacheError, Digest, Disk};
 
 /// The right to execute one action; given back when dropped, or when the process ends.
 #[derive(Debug)]
@@ -15,17 +15,18 @@ pub struct ActionLock {
 #[derive(Debug)]
 pub(crate) struct Actions {
     folder: PathBuf,
+    disk: Disk,
 }
 
 impl Actions {
     /// - `path`: a file in the folder where locks lie.
-    pub(crate) fn open(path: &Path) -> Result<Self, CacheError> {
-        Ok(Self { folder: path.with_file_name("") })
+    pub(crate) fn open(disk: &Disk, path: &Path) -> Result<Self, CacheError> {
+        Ok(Self { folder: path.with_file_name(""), disk: disk.clone() })
     }
 
     /// The right to execute the action of `key`, or `None` while someone else has it.
     pub(crate) fn try_lock(&self, key: &Digest) -> Result<Option<ActionLock>, CacheError> {
-        let lock = try_lock(&self.folder.join(key.to_string()))?;
+        let lock = try_lock(&self.disk, &self.folder.join(key.to_string()))?;
         Ok(lock.map(|file| ActionLock { _file: file }))
     }
 

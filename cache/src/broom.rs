@@ -7,12 +7,13 @@ use std::time::{Duration, SystemTime};
 
 use crate::cache::{names, sizes};
 use crate::error::At as _;
-use crate::{CacheError, durable};
+use crate::{CacheError, Disk, durable};
 
 /// Removes files of a store that nobody else uses.
 #[derive(Debug)]
 pub(crate) struct Broom<'a> {
     root: &'a Path,
+    disk: Disk,
     /// Whether files stay where they are.
     dry: bool,
     removed: u64,
@@ -21,7 +22,7 @@ pub(crate) struct Broom<'a> {
 
 impl<'a> Broom<'a> {
     pub(crate) fn new(root: &'a Path, dry: bool) -> Self {
-        Self { root, dry, removed: 0, added: 0 }
+        Self { root, disk: Disk::default(), dry, removed: 0, added: 0 }
     }
 
     /// The bytes of what was removed, less those of what was added.
@@ -35,7 +36,8 @@ impl<'a> Broom<'a> {
         if self.dry {
             return Ok(());
         }
-        let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+        let removed =
+            if path.is_dir() { self.disk.remove_folder(path) } else { self.disk.remove(path) };
         match removed {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             removed => removed.at(path),
@@ -60,7 +62,7 @@ impl<'a> Broom<'a> {
 
     /// Moves a damaged file to `corrupt`, where the next sweep finds it.
     pub(crate) fn put_aside(&self, path: &Path) -> Result<(), CacheError> {
-        if self.dry { Ok(()) } else { put_aside(self.root, path).map(drop) }
+        if self.dry { Ok(()) } else { put_aside(&self.disk, self.root, path).map(drop) }
     }
 
     /// Adds a file that counts as written at a time.
@@ -75,7 +77,7 @@ impl<'a> Broom<'a> {
             return Ok(());
         }
         let temporary = self.root.join("tmp").join(durable::unique_name());
-        durable::publish(&temporary, path, bytes)?;
+        durable::publish(&self.disk, &temporary, path, bytes)?;
         // Until then it counts as written now, and what is in it lasts longer.
         let file = fs::File::open(path).at(path)?;
         file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_millis(written)).at(path)
@@ -83,15 +85,15 @@ impl<'a> Broom<'a> {
 
     /// Makes what happened in a folder survive a loss of power.
     pub(crate) fn sync(&self, folder: &Path) -> Result<(), CacheError> {
-        if self.dry { Ok(()) } else { durable::sync_folder(folder) }
+        if self.dry { Ok(()) } else { self.disk.sync_folder(folder).at(folder) }
     }
 }
 
 /// Moves a damaged file to `corrupt`, and returns where it is now.
-pub(crate) fn put_aside(root: &Path, path: &Path) -> Result<PathBuf, CacheError> {
+pub(crate) fn put_aside(disk: &Disk, root: &Path, path: &Path) -> Result<PathBuf, CacheError> {
     let name = path.file_name().expect("a file has a name").to_string_lossy().into_owned();
     let moved_to = root.join("corrupt").join(format!("{name}-{}", durable::unique_name()));
-    fs::rename(path, &moved_to).at(path)?;
+    disk.rename(path, &moved_to).at(path)?;
     Ok(moved_to)
 }
 

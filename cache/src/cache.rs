@@ -12,7 +12,7 @@ use crate::hints::{self, Hints};
 use crate::in_use;
 use crate::journal::{self, Journal, Seen};
 use crate::{
-    ActionLock, CacheError, Checkpoints, Conflict, Digest, Objects, Record, Trouble, durable,
+    ActionLock, CacheError, Checkpoints, Conflict, Digest, Disk, Objects, Record, Trouble, durable,
 };
 
 const VERSION: &str = "ivx cache 1\n";
@@ -24,6 +24,7 @@ const VERSION: &str = "ivx cache 1\n";
 #[derive(Debug)]
 pub struct Cache {
     pub(crate) root: PathBuf,
+    pub(crate) disk: Disk,
     platform: String,
     records: Records,
     seen: BTreeMap<OsString, Seen>,
@@ -56,7 +57,17 @@ impl Cache {
     /// # Errors
     /// If the disk fails, or the store is of another format.
     pub fn open(root: &Path, platform: &str) -> Result<Self, CacheError> {
-        Self::load(root, platform, Some(in_use::shared(prepare(root)?, root)?))
+        Self::open_on(Disk::default(), root, platform)
+    }
+
+    /// [`Self::open`] on a disk that may have faults.
+    ///
+    /// # Errors
+    /// If the disk fails, or the store is of another format.
+    #[doc(hidden)]
+    pub fn open_on(disk: Disk, root: &Path, platform: &str) -> Result<Self, CacheError> {
+        let in_use = in_use::shared(prepare(&disk, root)?, root)?;
+        Self::load(disk, root, platform, Some(in_use))
     }
 
     /// The store at `root` to look things up in: nothing is made there or changed, and a store
@@ -65,17 +76,23 @@ impl Cache {
     /// # Errors
     /// If the disk fails, or the store is of another format.
     pub fn look(root: &Path, platform: &str) -> Result<Self, CacheError> {
-        Self::load(root, platform, look(root)?)
+        Self::load(Disk::default(), root, platform, look(root)?)
     }
 
-    fn load(root: &Path, platform: &str, in_use: Option<File>) -> Result<Self, CacheError> {
+    fn load(
+        disk: Disk,
+        root: &Path,
+        platform: &str,
+        in_use: Option<File>,
+    ) -> Result<Self, CacheError> {
         let mut cache = Self {
             root: root.to_owned(),
             platform: platform.to_owned(),
             records: BTreeMap::new(),
             seen: BTreeMap::new(),
             journal: None,
-            objects: Objects::new(root),
+            objects: Objects::new(root, disk.clone()),
+            disk,
             actions: None,
             hints: None,
             troubles: Vec::new(),
@@ -106,7 +123,7 @@ impl Cache {
     /// What long computations keep of their progress: a cheap handle, as [`Self::objects`].
     #[must_use]
     pub fn checkpoints(&self) -> Checkpoints {
-        Checkpoints::new(&self.root)
+        Checkpoints::new(&self.root, self.disk.clone())
     }
 
     /// Adds a record. The first result of a key on a platform stays.
@@ -139,7 +156,7 @@ impl Cache {
             Some(journal) if journal.is_whole() => journal,
             torn => {
                 torn.map_or(Ok(()), |mut torn| torn.sync())?;
-                let journal = Journal::create(&self.root.join("journal"))?;
+                let journal = Journal::create(&self.disk, &self.root.join("journal"))?;
                 let name = journal.path().file_name().expect("a journal is a file");
                 self.seen.insert(name.to_owned(), Seen::END);
                 journal
@@ -191,7 +208,9 @@ impl Cache {
     pub fn try_lock(&mut self, key: &Digest) -> Result<Option<ActionLock>, CacheError> {
         let actions = match &mut self.actions {
             Some(actions) => actions,
-            none => none.insert(Actions::open(&self.root.join("locks").join("actions"))?),
+            none => {
+                none.insert(Actions::open(&self.disk, &self.root.join("locks").join("actions"))?)
+            }
         };
         let Some(lock) = actions.try_lock(key)? else { return Ok(None) };
         if actions.others_came()? {
@@ -203,7 +222,7 @@ impl Cache {
     /// Durations. The first call reads them, so that a run with nothing to execute need not.
     pub fn hints(&mut self) -> &mut Hints {
         self.hints.get_or_insert_with(|| {
-            let mut hints = hints::load(&self.root, &mut self.troubles);
+            let mut hints = hints::load(&self.root, &self.disk, &mut self.troubles);
             let records = self.records.values().flatten();
             hints.guess_millis(records.map(|r| (r.provenance.op.as_str(), r.provenance.millis)));
             hints
@@ -228,7 +247,7 @@ impl Cache {
 
     pub(crate) fn save_hints(&mut self) {
         if let Some(hints) = &mut self.hints {
-            hints::save(hints, &self.root, &mut self.troubles);
+            hints::save(hints, &self.root, &self.disk, &mut self.troubles);
         }
     }
 }
@@ -289,19 +308,19 @@ pub(crate) fn look(root: &Path) -> Result<Option<File>, CacheError> {
 }
 
 /// Checks or makes the folders, and returns the file whose lock says who uses the store.
-pub(crate) fn prepare(root: &Path) -> Result<File, CacheError> {
+pub(crate) fn prepare(disk: &Disk, root: &Path) -> Result<File, CacheError> {
     let version = root.join("version");
     let is_new = is_new(root)?;
     for folder in ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints", "runs", "keys"] {
         let folder = root.join(folder);
-        fs::create_dir_all(&folder).at(&folder)?;
+        disk.create_folder(&folder).at(&folder)?;
     }
     if is_new {
         let temporary = root.join("tmp").join(durable::unique_name());
-        durable::publish(&temporary, &version, VERSION.as_bytes())?;
+        durable::publish(disk, &temporary, &version, VERSION.as_bytes())?;
     }
     let gate = root.join("in-use");
-    File::options().create(true).append(true).open(&gate).at(&gate)
+    disk.open(&gate).at(&gate)
 }
 
 /// The sorted names in a folder.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::broom::{Broom, folders, put_aside};
 use crate::cache::{names, prepare};
-use crate::{CacheError, Digest, Record, Trouble, hints, in_use, merge, runs};
+use crate::{CacheError, Digest, Disk, Record, Trouble, hints, in_use, merge, runs};
 
 /// What a store holds that is whole, and what was not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub struct Checked {
 /// If the disk fails.
 pub fn check(root: &Path) -> Result<Checked, CacheError> {
     let mut checked = Checked::default();
-    let in_use = in_use::shared(prepare(root)?, root)?;
+    let in_use = in_use::shared(prepare(&Disk::default(), root)?, root)?;
     let journals = merge::read(root, &mut checked.damaged)?;
     // What a killed writer left undone is no damage.
     checked.damaged.retain(|trouble| !matches!(trouble, Trouble::TornJournal { .. }));
@@ -70,7 +70,7 @@ pub fn check(root: &Path) -> Result<Checked, CacheError> {
         if let Trouble::DamagedRun { path, .. } | Trouble::DamagedKeys { path } = trouble
             && path.exists()
         {
-            put_aside(root, path)?;
+            put_aside(&Disk::default(), root, path)?;
         }
     }
     checked.damaged.append(&mut damaged);
@@ -79,7 +79,7 @@ pub fn check(root: &Path) -> Result<Checked, CacheError> {
         read(root, &root.join("keys").join(&name), is_whole, &mut checked.damaged)?;
     }
     let mut damaged = Vec::new();
-    hints::load(root, &mut damaged);
+    hints::load(root, &Disk::default(), &mut damaged);
     // What another process has open may be whole.
     damaged.retain(|trouble| !matches!(trouble, Trouble::NoHints { .. }));
     checked.damaged.append(&mut damaged);
@@ -106,7 +106,7 @@ fn read(
     if is_whole(&bytes) {
         return Ok(Some(bytes.len() as u64));
     }
-    let moved_to = put_aside(root, path)?;
+    let moved_to = put_aside(&Disk::default(), root, path)?;
     damaged.push(Trouble::DamagedFile { path: path.to_owned(), moved_to });
     Ok(None)
 }
@@ -122,7 +122,7 @@ fn is_checkpoint(bytes: &[u8]) -> bool {
 
 /// Puts damaged journals aside, and saves their whole records, unless the store is in use.
 fn mend(root: &Path) -> Result<bool, CacheError> {
-    let _in_use = match in_use::alone(prepare(root)?, root) {
+    let _in_use = match in_use::alone(prepare(&Disk::default(), root)?, root) {
         Ok(in_use) => in_use,
         Err(CacheError::Busy { .. }) => return Ok(false),
         Err(error) => return Err(error),

@@ -4,17 +4,18 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::{CacheError, Digest, durable};
+use crate::{CacheError, Digest, Disk, durable};
 
 /// The checkpoints of a store; cheap to clone, for worker threads.
 #[derive(Clone, Debug)]
 pub struct Checkpoints {
     root: Arc<Path>,
+    disk: Disk,
 }
 
 impl Checkpoints {
-    pub(crate) fn new(root: &Path) -> Self {
-        Self { root: root.into() }
+    pub(crate) fn new(root: &Path, disk: Disk) -> Self {
+        Self { root: root.into(), disk }
     }
 
     /// What was kept under a name; `None` if nothing was, or it is damaged.
@@ -32,12 +33,12 @@ impl Checkpoints {
     pub fn save(&self, name: &Digest, state: &[u8]) -> Result<(), CacheError> {
         let temporary = self.root.join("tmp").join(durable::unique_name());
         let bytes = [&Digest::of(state).0[..], state].concat();
-        durable::publish(&temporary, &self.place(name), &bytes)
+        durable::publish(&self.disk, &temporary, &self.place(name), &bytes)
     }
 
     /// Forgets what was kept; what stays costs room only.
     pub fn remove(&self, name: &Digest) {
-        fs::remove_file(self.place(name)).ok();
+        self.disk.remove(&self.place(name)).ok();
     }
 
     fn place(&self, name: &Digest) -> std::path::PathBuf {
@@ -55,7 +56,8 @@ mod tests {
         for folder in ["checkpoints", "tmp"] {
             fs::create_dir(root.path().join(folder)).unwrap();
         }
-        let (checkpoints, name) = (Checkpoints::new(root.path()), Digest::of(b"a"));
+        let (checkpoints, name) =
+            (Checkpoints::new(root.path(), Disk::default()), Digest::of(b"a"));
         assert_eq!(checkpoints.load(&name), None);
         for state in [&b"one"[..], b"", b"longer than before"] {
             checkpoints.save(&name, state).unwrap();

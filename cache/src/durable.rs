@@ -1,43 +1,41 @@
 //! How bytes reach the disk so that they are there whole, or not at all.
 
-use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::io;
 use std::path::Path;
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::CacheError;
 use crate::error::At as _;
+use crate::{CacheError, Disk};
 
 /// Makes `path` a read-only file of `bytes`, by way of `temporary` in the same file system.
 ///
 /// When it returns, file and name are on the disk. On an error, `path` is as before and
 /// `temporary` is gone.
-pub(crate) fn publish(temporary: &Path, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
-    let written = write_synced(temporary, bytes)
+pub(crate) fn publish(
+    disk: &Disk,
+    temporary: &Path,
+    path: &Path,
+    bytes: &[u8],
+) -> Result<(), CacheError> {
+    let written = write_synced(disk, temporary, bytes)
         .at(temporary)
-        .and_then(|()| fs::rename(temporary, path).at(path));
+        .and_then(|()| disk.rename(temporary, path).at(path));
     if written.is_err() {
         // The first error is the one to tell; what stays in `tmp` is swept.
-        fs::remove_file(temporary).ok();
+        disk.remove(temporary).ok();
     }
     written?;
-    sync_folder(path.parent().expect("a file lies in a folder"))
+    let folder = path.parent().expect("a file lies in a folder");
+    disk.sync_folder(folder).at(folder)
 }
 
-fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create_new(path)?;
-    file.write_all(bytes)?;
-    let mut permissions = file.metadata()?.permissions();
-    permissions.set_readonly(true);
-    file.set_permissions(permissions)?;
-    file.sync_all()
-}
-
-/// Makes the names in a folder survive a loss of power.
-pub(crate) fn sync_folder(folder: &Path) -> Result<(), CacheError> {
-    File::open(folder).and_then(|folder| folder.sync_all()).at(folder)
+fn write_synced(disk: &Disk, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = disk.create(path)?;
+    disk.append(&mut file, path, bytes)?;
+    disk.protect(&file, path)?;
+    disk.sync(&file, path)
 }
 
 /// A file name that no other process or thread uses; names of one process sort by age.
@@ -51,6 +49,8 @@ pub(crate) fn unique_name() -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -58,7 +58,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (temporary, path) = (folder.path().join("t"), folder.path().join("f"));
         for text in ["one", "two"] {
-            publish(&temporary, &path, text.as_bytes()).unwrap();
+            publish(&Disk::default(), &temporary, &path, text.as_bytes()).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
             assert!(fs::metadata(&path).unwrap().permissions().readonly());
             assert!(!temporary.exists());
@@ -70,7 +70,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (temporary, path) = (folder.path().join("t"), folder.path().join("f"));
         fs::create_dir(&path).unwrap();
-        let error = publish(&temporary, &path, b"x").unwrap_err();
+        let error = publish(&Disk::default(), &temporary, &path, b"x").unwrap_err();
         assert!(matches!(error, CacheError::Io { path: at, .. } if at == path));
         assert!(!temporary.exists());
     }

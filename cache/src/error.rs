@@ -1,6 +1,6 @@
 //! What the world can do to a cache: what stops the caller, and what it went on without.
 
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use crate::Digest;
@@ -11,6 +11,17 @@ pub enum CacheError {
     /// The disk, or the permission to use it, failed. The store is as before.
     #[error("{}: {source}", path.display())]
     Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The disk is full. The store is as before.
+    #[error(
+        "the disk is full: {} could not be written ({source}); what is finished is kept, \
+         and the next run goes on from there once there is room", path.display()
+    )]
+    Full {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
@@ -168,6 +179,14 @@ pub(crate) trait At<T> {
 
 impl<T> At<T> for io::Result<T> {
     fn at(self, path: &Path) -> Result<T, CacheError> {
-        self.map_err(|source| CacheError::Io { path: path.to_owned(), source })
+        self.map_err(|source| {
+            let path = path.to_owned();
+            match source.kind() {
+                ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                    CacheError::Full { path, source }
+                }
+                _ => CacheError::Io { path, source },
+            }
+        })
     }
 }

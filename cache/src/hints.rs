@@ -18,7 +18,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::At as _;
 use crate::lock::{FileLock, try_lock};
-use crate::{CacheError, Digest, Trouble, durable};
+use crate::{CacheError, Digest, Disk, Trouble, durable};
 
 /// How often, and how long between, we look whether somebody let go of a lock.
 const N_TRIES: usize = 100;
@@ -89,16 +89,16 @@ impl Hints {
 }
 
 /// The hints of the store at `root`; those that can't be had are empty.
-pub(crate) fn load(root: &Path, troubles: &mut Vec<Trouble>) -> Hints {
+pub(crate) fn load(root: &Path, disk: &Disk, troubles: &mut Vec<Trouble>) -> Hints {
     let mut hints = Hints::default();
     if root.join(FOLDER).exists() {
-        with_sled(root, troubles, Keep::No, |db| hints.read(db));
+        with_sled(root, disk, troubles, Keep::No, |db| hints.read(db));
     }
     hints
 }
 
 /// Writes what sled does not know yet. If there is nothing, sled is not opened.
-pub(crate) fn save(hints: &mut Hints, root: &Path, troubles: &mut Vec<Trouble>) {
+pub(crate) fn save(hints: &mut Hints, root: &Path, disk: &Disk, troubles: &mut Vec<Trouble>) {
     if hints.unsaved.is_empty() {
         return;
     }
@@ -107,7 +107,7 @@ pub(crate) fn save(hints: &mut Hints, root: &Path, troubles: &mut Vec<Trouble>) 
         let millis = hints.millis[op].to_le_bytes();
         batch.insert([b"d", op.as_bytes()].concat(), &millis);
     }
-    let saved = with_sled(root, troubles, Keep::Yes, |db| {
+    let saved = with_sled(root, disk, troubles, Keep::Yes, |db| {
         db.apply_batch(batch)?;
         db.flush().map(drop)
     });
@@ -130,41 +130,43 @@ enum Keep {
 /// is among the troubles.
 fn with_sled(
     root: &Path,
+    disk: &Disk,
     troubles: &mut Vec<Trouble>,
     keep: Keep,
     work: impl FnOnce(&sled::Db) -> sled::Result<()>,
 ) -> bool {
     let copy = root.join(FOLDER).join(durable::unique_name());
-    let outcome = lock(root).and_then(|lock| {
+    let outcome = lock(root, disk).and_then(|lock| {
         let Some(_lock) = lock else {
             return Err(Trouble::NoHints { reason: "another process has them open".into() });
         };
-        copy_current(root, &copy, troubles)?;
+        copy_current(root, disk, &copy, troubles)?;
+        disk.lend(&copy).at(&copy)?;
         let config = sled::Config::new()
             .path(&copy)
             .mode(sled::Mode::LowSpace)
             .cache_capacity(16 << 20)
             .flush_every_ms(None);
         match panic::catch_unwind(AssertUnwindSafe(|| work(&config.open()?))) {
-            Ok(Ok(())) if keep == Keep::Yes => make_current(root, &copy),
+            Ok(Ok(())) if keep == Keep::Yes => make_current(root, disk, &copy),
             Ok(Ok(())) => Ok(()),
             // The disk, not what lies on it.
             Ok(Err(sled::Error::Io(error))) => Err(Trouble::NoHints { reason: error.to_string() }),
-            Ok(Err(error)) => Err(put_aside(root, error.to_string())?),
-            Err(_) => Err(put_aside(root, "sled panicked".into())?),
+            Ok(Err(error)) => Err(put_aside(root, disk, error.to_string())?),
+            Err(_) => Err(put_aside(root, disk, "sled panicked".into())?),
         }
     });
     if keep == Keep::No || outcome.is_err() {
         // What stays is removed when another copy is kept.
-        fs::remove_dir_all(&copy).ok();
+        disk.remove_folder(&copy).ok();
     }
     outcome.map_err(|trouble| troubles.push(trouble)).is_ok()
 }
 
-fn lock(root: &Path) -> Result<Option<FileLock>, Trouble> {
+fn lock(root: &Path, disk: &Disk) -> Result<Option<FileLock>, Trouble> {
     let path = root.join("locks").join("hints");
     for _ in 0..N_TRIES {
-        if let Some(lock) = try_lock(&path)? {
+        if let Some(lock) = try_lock(disk, &path)? {
             return Ok(Some(lock));
         }
         thread::sleep(PATIENCE);
@@ -173,39 +175,53 @@ fn lock(root: &Path) -> Result<Option<FileLock>, Trouble> {
 }
 
 /// Copies the current folder, if it is as it was kept; if not, puts it aside.
-fn copy_current(root: &Path, copy: &Path, troubles: &mut Vec<Trouble>) -> Result<(), Trouble> {
+fn copy_current(
+    root: &Path,
+    disk: &Disk,
+    copy: &Path,
+    troubles: &mut Vec<Trouble>,
+) -> Result<(), Trouble> {
     let hints = root.join(FOLDER);
     let current = match fs::read_to_string(hints.join(CURRENT)) {
         Ok(current) => current,
         // None yet, or thrown away.
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Ok(fs::create_dir_all(copy).at(copy)?);
+            return Ok(disk.create_folder(copy).at(copy)?);
         }
         // Bytes that are no text, or a file in place of the folder.
         Err(_) => String::new(),
     };
-    let is_whole = current.split_once(' ').is_some_and(|(name, digest)| {
-        copy_folder(&hints.join(name), copy).is_ok()
-            && digest_of(copy).is_ok_and(|found| found.to_string() == digest)
-    });
+    let is = |folder: &Path, digest: &str| {
+        digest_of(folder).is_ok_and(|found| found.to_string() == digest)
+    };
+    let is_whole = match current.split_once(' ') {
+        Some((name, digest)) => match copy_folder(disk, &hints.join(name), copy) {
+            Ok(()) => is(copy, digest),
+            // They are as they were kept: it is the disk that has no room for another.
+            Err(error) if is(&hints.join(name), digest) => return Err(error).at(copy)?,
+            Err(_) => false,
+        },
+        None => false,
+    };
     if !is_whole {
-        troubles.push(put_aside(root, "not as they were kept".into())?);
-        fs::create_dir_all(copy).at(copy)?;
+        troubles.push(put_aside(root, disk, "not as they were kept".into())?);
+        disk.create_folder(copy).at(copy)?;
     }
     Ok(())
 }
 
 /// Makes the copy the current folder. A kill leaves the old one current, or the new one.
-fn make_current(root: &Path, copy: &Path) -> Result<(), Trouble> {
+fn make_current(root: &Path, disk: &Disk, copy: &Path) -> Result<(), Trouble> {
     await_closed(&copy.join("db"))?;
     let name = copy.file_name().and_then(OsStr::to_str).expect("copies have unique names");
     let current = format!("{name} {}", digest_of(copy).at(copy)?);
     let hints = root.join(FOLDER);
-    durable::publish(&root.join("tmp").join(name), &hints.join(CURRENT), current.as_bytes())?;
+    let temporary = root.join("tmp").join(name);
+    durable::publish(disk, &temporary, &hints.join(CURRENT), current.as_bytes())?;
     for old in paths(&hints).at(&hints)? {
         if old != copy && old != hints.join(CURRENT) {
             // One that stays is removed after the next change.
-            fs::remove_dir_all(old).ok();
+            disk.remove_folder(&old).ok();
         }
     }
     Ok(())
@@ -224,21 +240,22 @@ fn await_closed(path: &Path) -> Result<(), Trouble> {
     Err(Trouble::NoHints { reason: "sled did not close".into() })
 }
 
-fn put_aside(root: &Path, reason: String) -> Result<Trouble, CacheError> {
+fn put_aside(root: &Path, disk: &Disk, reason: String) -> Result<Trouble, CacheError> {
     let folder = root.join(FOLDER);
     let moved_to = root.join("corrupt").join(format!("hints-{}", durable::unique_name()));
-    fs::rename(&folder, &moved_to).at(&folder)?;
+    disk.rename(&folder, &moved_to).at(&folder)?;
     Ok(Trouble::DamagedHints { reason, moved_to })
 }
 
-fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
-    fs::create_dir(to)?;
+fn copy_folder(disk: &Disk, from: &Path, to: &Path) -> io::Result<()> {
+    disk.create_folder(to)?;
     for path in paths(from)? {
         let copy = to.join(path.file_name().expect("a listed path has a name"));
         if path.is_dir() {
-            copy_folder(&path, &copy)?;
+            copy_folder(disk, &path, &copy)?;
         } else {
-            fs::copy(&path, &copy)?;
+            let mut file = disk.create(&copy)?;
+            disk.append(&mut file, &copy, &fs::read(&path)?)?;
         }
     }
     Ok(())
@@ -287,14 +304,14 @@ mod tests {
 
     fn load_clean(root: &TempDir) -> Hints {
         let mut troubles = vec![];
-        let hints = load(root.path(), &mut troubles);
+        let hints = load(root.path(), &Disk::default(), &mut troubles);
         assert_eq!(troubles, []);
         hints
     }
 
     fn save_clean(hints: &mut Hints, root: &TempDir) {
         let mut troubles = vec![];
-        save(hints, root.path(), &mut troubles);
+        save(hints, root.path(), &Disk::default(), &mut troubles);
         assert_eq!((troubles, hints.unsaved.len()), (vec![], 0));
     }
 
@@ -368,7 +385,7 @@ mod tests {
             fs::remove_file(&file).unwrap();
             fs::write(&file, bytes).unwrap();
             let mut troubles = vec![];
-            assert_eq!(load(root.path(), &mut troubles), Hints::default());
+            assert_eq!(load(root.path(), &Disk::default(), &mut troubles), Hints::default());
             assert!(matches!(troubles[..], [Trouble::DamagedHints { .. }]), "{file:?}");
             assert_eq!(load_clean(&root), Hints::default());
         }
@@ -393,7 +410,7 @@ mod tests {
         let root = store();
         fs::write(root.path().join(FOLDER), "garbage").unwrap();
         let mut troubles = vec![];
-        save(&mut some_hints(), root.path(), &mut troubles);
+        save(&mut some_hints(), root.path(), &Disk::default(), &mut troubles);
         assert!(matches!(troubles[..], [Trouble::DamagedHints { .. }]));
         assert_eq!(load_clean(&root).expected_millis("f@1"), Some(100));
     }
@@ -401,9 +418,9 @@ mod tests {
     #[test]
     fn without_the_lock_notes_wait() {
         let root = store();
-        let held = try_lock(&root.path().join("locks").join("hints")).unwrap();
+        let held = try_lock(&Disk::default(), &root.path().join("locks").join("hints")).unwrap();
         let (mut hints, mut troubles) = (some_hints(), vec![]);
-        save(&mut hints, root.path(), &mut troubles);
+        save(&mut hints, root.path(), &Disk::default(), &mut troubles);
         assert!(matches!(troubles[..], [Trouble::NoHints { .. }]));
         drop(held);
         save_clean(&mut hints, &root);

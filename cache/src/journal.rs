@@ -1,12 +1,12 @@
 //! Journals: files of action records, one a process, only ever appended to by their owner.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufReader, Read as _, Seek as _, SeekFrom, Write as _};
+use std::fs::{File, TryLockError};
+use std::io::{self, BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use crate::error::At as _;
 use crate::record::{decode, encode};
-use crate::{CacheError, Digest, Record, Trouble, durable};
+use crate::{CacheError, Digest, Disk, Record, Trouble, durable};
 
 pub(crate) const MAGIC: &[u8; 14] = b"ivx journal 1\n";
 const LEN: usize = 4;
@@ -17,6 +17,7 @@ const PAYLOAD_MAX: usize = 64 << 20;
 #[derive(Debug)]
 pub(crate) struct Journal {
     path: PathBuf,
+    disk: Disk,
     file: File,
     /// Where the last whole frame ends.
     len: u64,
@@ -27,17 +28,18 @@ pub(crate) struct Journal {
 
 impl Journal {
     /// A new, empty journal in `folder`.
-    pub(crate) fn create(folder: &Path) -> Result<Self, CacheError> {
+    pub(crate) fn create(disk: &Disk, folder: &Path) -> Result<Self, CacheError> {
         let path = folder.join(format!("{}.log", durable::unique_name()));
-        let file = File::options().append(true).create_new(true).open(&path).at(&path)?;
+        let file = disk.create(&path).at(&path)?;
         file.lock().at(&path)?;
-        let mut journal = Self { path, file, len: 0, unsynced: true, torn: false };
+        let disk = disk.clone();
+        let mut journal = Self { path, disk, file, len: 0, unsynced: true, torn: false };
         if let Err(error) = journal.write(MAGIC) {
             // The first error is the one to tell; an empty journal is harmless.
-            fs::remove_file(&journal.path).ok();
+            journal.disk.remove(&journal.path).ok();
             return Err(error);
         }
-        durable::sync_folder(folder)?;
+        journal.disk.sync_folder(folder).at(folder)?;
         Ok(journal)
     }
 
@@ -49,17 +51,19 @@ impl Journal {
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), CacheError> {
         self.unsynced = true;
-        let written = self.file.write_all(bytes);
+        let written = self.disk.append(&mut self.file, &self.path, bytes);
         match written {
             Ok(()) => self.len += bytes.len() as u64,
-            Err(_) => self.torn = self.file.set_len(self.len).is_err(),
+            Err(_) => {
+                self.torn = self.disk.truncate(&self.file, &self.path, self.len).is_err();
+            }
         }
         written.at(&self.path)
     }
 
     pub(crate) fn sync(&mut self) -> Result<(), CacheError> {
         if self.unsynced {
-            self.file.sync_data().at(&self.path)?;
+            self.disk.sync(&self.file, &self.path).at(&self.path)?;
             self.unsynced = false;
         }
         Ok(())
@@ -225,6 +229,8 @@ fn owner_is_gone(file: &File) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::{Output, Provenance};
 
@@ -263,7 +269,7 @@ mod tests {
     #[test]
     fn what_was_appended_is_read() {
         let folder = tempfile::tempdir().unwrap();
-        let mut journal = Journal::create(folder.path()).unwrap();
+        let mut journal = Journal::create(&Disk::default(), folder.path()).unwrap();
         let (mut seen, mut records, mut troubles) = (Seen::default(), vec![], vec![]);
         for n in 1..4 {
             journal.append(&record(n)).unwrap();
@@ -321,7 +327,7 @@ mod tests {
     #[test]
     fn the_tail_of_a_living_owner_is_awaited_and_read_when_whole() {
         let folder = tempfile::tempdir().unwrap();
-        let mut journal = Journal::create(folder.path()).unwrap();
+        let mut journal = Journal::create(&Disk::default(), folder.path()).unwrap();
         let frame = frame(&record(7)).unwrap();
         let (mut seen, mut records, mut troubles) = (Seen::default(), vec![], vec![]);
         for half in frame.chunks(20) {
@@ -350,10 +356,16 @@ mod tests {
     fn a_full_disk_is_an_error_with_the_path() {
         let path = PathBuf::from("/dev/full");
         let file = File::options().append(true).open(&path).unwrap();
-        let mut journal =
-            Journal { path: path.clone(), file, len: 0, unsynced: false, torn: false };
+        let mut journal = Journal {
+            path: path.clone(),
+            disk: Disk::default(),
+            file,
+            len: 0,
+            unsynced: false,
+            torn: false,
+        };
         let error = journal.append(&record(1)).unwrap_err();
-        assert!(matches!(error, CacheError::Io { path: at, source }
+        assert!(matches!(error, CacheError::Full { path: at, source }
             if at == path && source.kind() == io::ErrorKind::StorageFull));
         assert!(!journal.is_whole(), "a device can't be cut, so what follows would be lost");
     }

@@ -13,8 +13,11 @@ mod cache;
 mod check;
 mod checkpoints;
 mod digest;
+mod disk;
 mod durable;
 mod error;
+#[doc(hidden)]
+pub mod faulty;
 mod hints;
 mod in_use;
 mod journal;
@@ -35,6 +38,9 @@ pub use cache::{Cache, Committed};
 pub use check::{Checked, check};
 pub use checkpoints::Checkpoints;
 pub use digest::{Digest, NotADigest};
+pub use disk::Disk;
+#[doc(hidden)]
+pub use disk::{Fault, Faults, Write, WriteKind};
 pub use error::{CacheError, Conflict, Trouble};
 pub use hints::Hints;
 pub use objects::{Fetched, INLINE_MAX, Objects};

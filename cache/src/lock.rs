@@ -4,13 +4,14 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::CacheError;
 use crate::error::At as _;
+use crate::{CacheError, Disk};
 
 /// A lock that is held; given back when dropped, or when the process ends.
 #[derive(Debug)]
 pub(crate) struct FileLock {
     path: PathBuf,
+    disk: Disk,
     // Held for its lock, which closing it releases.
     _file: File,
 }
@@ -19,9 +20,9 @@ pub(crate) struct FileLock {
 ///
 /// The holder removes the file before it lets go. Whoever locks a file that was removed
 /// meanwhile has locked nothing, notices that the path leads elsewhere, and tries again.
-pub(crate) fn try_lock(path: &Path) -> Result<Option<FileLock>, CacheError> {
+pub(crate) fn try_lock(disk: &Disk, path: &Path) -> Result<Option<FileLock>, CacheError> {
     loop {
-        let file = File::options().create(true).append(true).open(path).at(path)?;
+        let file = disk.open(path).at(path)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Ok(None),
@@ -30,7 +31,7 @@ pub(crate) fn try_lock(path: &Path) -> Result<Option<FileLock>, CacheError> {
             }
         }
         if leads_to(path, &file).at(path)? {
-            return Ok(Some(FileLock { path: path.to_owned(), _file: file }));
+            return Ok(Some(FileLock { path: path.to_owned(), disk: disk.clone(), _file: file }));
         }
     }
 }
@@ -56,7 +57,7 @@ impl Drop for FileLock {
         // Where files can't be compared, removing one could leave two holders. A file that
         // stays behind is harmless.
         if cfg!(unix) {
-            fs::remove_file(&self.path).ok();
+            self.disk.remove(&self.path).ok();
         }
     }
 }
@@ -72,12 +73,12 @@ mod tests {
     fn a_lock_excludes_until_it_is_dropped() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
-        let first = try_lock(&path).unwrap().unwrap();
-        assert!(try_lock(&path).unwrap().is_none());
-        assert!(try_lock(&folder.path().join("b")).unwrap().is_some());
+        let first = try_lock(&Disk::default(), &path).unwrap().unwrap();
+        assert!(try_lock(&Disk::default(), &path).unwrap().is_none());
+        assert!(try_lock(&Disk::default(), &folder.path().join("b")).unwrap().is_some());
         drop(first);
         assert!(!path.exists());
-        assert!(try_lock(&path).unwrap().is_some());
+        assert!(try_lock(&Disk::default(), &path).unwrap().is_some());
     }
 
     #[test]
@@ -85,7 +86,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         fs::write(&path, "").unwrap();
-        assert!(try_lock(&path).unwrap().is_some());
+        assert!(try_lock(&Disk::default(), &path).unwrap().is_some());
     }
 
     #[test]
@@ -97,7 +98,7 @@ mod tests {
             for _ in 0..4 {
                 scope.spawn(|| {
                     for _ in 0..2_000 {
-                        if let Some(lock) = try_lock(&path).unwrap() {
+                        if let Some(lock) = try_lock(&Disk::default(), &path).unwrap() {
                             assert_eq!(inside.fetch_add(1, Ordering::SeqCst), 0);
                             entries.fetch_add(1, Ordering::SeqCst);
                             inside.fetch_sub(1, Ordering::SeqCst);

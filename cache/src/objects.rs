@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::At as _;
-use crate::{CacheError, Digest, Output, durable};
+use crate::{CacheError, Digest, Disk, Output, durable};
 
 /// Outputs up to this many bytes lie inside their record.
 pub const INLINE_MAX: usize = 4096;
@@ -15,6 +15,7 @@ pub const INLINE_MAX: usize = 4096;
 #[derive(Clone, Debug)]
 pub struct Objects {
     root: Arc<Path>,
+    disk: Disk,
 }
 
 /// What came of reading an output.
@@ -32,8 +33,8 @@ pub enum Fetched {
 }
 
 impl Objects {
-    pub(crate) fn new(root: &Path) -> Self {
-        Self { root: root.into() }
+    pub(crate) fn new(root: &Path, disk: Disk) -> Self {
+        Self { root: root.into(), disk }
     }
 
     /// The output of these bytes; when it returns, they are on the disk, or inside it.
@@ -50,11 +51,12 @@ impl Objects {
         let (folder, path) = self.place(&digest);
         if !holds(&path, bytes) {
             if !folder.exists() {
-                fs::create_dir_all(&folder).at(&folder)?;
-                durable::sync_folder(&self.root.join("objects"))?;
+                self.disk.create_folder(&folder).at(&folder)?;
+                let objects = self.root.join("objects");
+                self.disk.sync_folder(&objects).at(&objects)?;
             }
             let temporary = self.root.join("tmp").join(durable::unique_name());
-            durable::publish(&temporary, &path, bytes)?;
+            durable::publish(&self.disk, &temporary, &path, bytes)?;
         }
         Ok(Output { digest, size, inline: None })
     }
@@ -82,13 +84,13 @@ impl Objects {
         }
         let name = format!("{}-{}", output.digest, durable::unique_name());
         let moved_to = self.root.join("corrupt").join(name);
-        match fs::rename(&path, &moved_to) {
+        match self.disk.rename(&path, &moved_to) {
             Ok(()) => Ok(Fetched::Corrupt { moved_to }),
             // Another reader was faster.
             Err(error) if error.kind() == io::ErrorKind::NotFound && !path.exists() => {
                 Ok(Fetched::Missing)
             }
-            Err(source) => Err(CacheError::Io { path, source }),
+            Err(error) => Err(error).at(&path),
         }
     }
 
@@ -126,7 +128,7 @@ mod tests {
         for folder in ["objects", "tmp", "corrupt"] {
             fs::create_dir(root.path().join(folder)).unwrap();
         }
-        let objects = Objects::new(root.path());
+        let objects = Objects::new(root.path(), Disk::default());
         (root, objects)
     }
 

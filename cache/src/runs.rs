@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cache::{look, names, names_if_any};
 use crate::error::At as _;
-use crate::{Cache, CacheError, Digest, Trouble, durable};
+use crate::{Cache, CacheError, Digest, Disk, Trouble, durable};
 
 /// Runs that are not kept go beyond this many, the oldest first.
 const N_RUNS_MAX: usize = 1000;
@@ -78,7 +78,8 @@ impl Cache {
     }
 
     fn publish(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
-        durable::publish(&self.root.join("tmp").join(durable::unique_name()), path, bytes)
+        let temporary = self.root.join("tmp").join(durable::unique_name());
+        durable::publish(&self.disk, &temporary, path, bytes)
     }
 
     /// Leaves so many runs that are not kept.
@@ -88,7 +89,7 @@ impl Cache {
         names.retain(|name| !name.to_string_lossy().ends_with(KEPT));
         let n_old = names.len().saturating_sub(max);
         for old in &names[..n_old] {
-            remove(&folder.join(old))?;
+            remove(&self.disk, &folder.join(old))?;
         }
         Ok(())
     }
@@ -98,6 +99,7 @@ impl Cache {
 #[derive(Debug)]
 pub struct History {
     root: PathBuf,
+    disk: Disk,
     /// The runs, the one that ended first first.
     pub runs: Vec<Run>,
     /// What was found damaged.
@@ -115,7 +117,7 @@ impl History {
         let in_use = look(root)?;
         let mut troubles = Vec::new();
         let runs = runs(root, &mut troubles)?;
-        Ok(Self { root: root.to_owned(), runs, troubles, _in_use: in_use })
+        Ok(Self { root: root.to_owned(), disk: Disk::default(), runs, troubles, _in_use: in_use })
     }
 
     /// Makes sure that sweeps keep what a run used, and the history the run.
@@ -126,8 +128,8 @@ impl History {
     pub fn keep(&self, run: &Run) -> Result<(), CacheError> {
         keys(&self.root, run)?;
         let kept = self.root.join(RUNS).join(run.file(true));
-        fs::rename(run.path(&self.root), &kept).at(&kept)?;
-        durable::sync_folder(&self.root.join(RUNS))
+        self.disk.rename(&run.path(&self.root), &kept).at(&kept)?;
+        self.disk.sync_folder(&self.root.join(RUNS)).at(&kept)
     }
 
     /// Takes a run out of the history, kept or not.
@@ -135,8 +137,9 @@ impl History {
     /// # Errors
     /// If the disk fails.
     pub fn forget(&self, run: &Run) -> Result<(), CacheError> {
-        remove(&run.path(&self.root))?;
-        durable::sync_folder(&self.root.join(RUNS))
+        let path = run.path(&self.root);
+        remove(&self.disk, &path)?;
+        self.disk.sync_folder(&self.root.join(RUNS)).at(&path)
     }
 }
 
@@ -226,8 +229,8 @@ pub(crate) fn last_uses(
     Ok(uses)
 }
 
-fn remove(path: &Path) -> Result<(), CacheError> {
-    match fs::remove_file(path) {
+fn remove(disk: &Disk, path: &Path) -> Result<(), CacheError> {
+    match disk.remove(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         removed => removed.at(path),
     }

@@ -10,7 +10,7 @@ use crate::lock::try_lock;
 use crate::merge::{self, Journals, WEEK};
 use crate::runs::{self, Run};
 use crate::select::{Uses, select};
-use crate::{CacheError, Digest, Record, Trouble, in_use};
+use crate::{CacheError, Digest, Disk, Record, Trouble, in_use};
 
 /// What a sweep leaves. Without a limit that is all that a record or a run leads to.
 ///
@@ -74,7 +74,7 @@ pub fn sweep(
     how: Sweep,
     wanted: impl FnOnce(&[Run]) -> Wanted,
 ) -> Result<Swept, CacheError> {
-    let in_use = prepare(root)?;
+    let in_use = prepare(&Disk::default(), root)?;
     let dry = how == Sweep::Dry;
     let _in_use = if dry { in_use::shared(in_use, root) } else { in_use::alone(in_use, root) }?;
     let (mut swept, now) = (Swept::default(), now());
@@ -109,7 +109,7 @@ pub fn sweep(
     if !dry {
         for name in names(&root.join("locks"))? {
             // Letting go of a lock removes its file; one that is held stays.
-            drop(try_lock(&root.join("locks").join(name))?);
+            drop(try_lock(&Disk::default(), &root.join("locks").join(name))?);
         }
     }
     (swept.freed, swept.left) = (broom.freed(), before.saturating_sub(broom.freed()));

@@ -2,8 +2,7 @@
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Write as _};
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -13,7 +12,7 @@ use tar::Entry;
 use super::{ArchiveError, END, FORMAT, HEAD, JOURNAL, OBJECTS};
 use crate::error::At as _;
 use crate::journal::{journal_of, whole};
-use crate::{Cache, CacheError, Digest, Output, Record, durable};
+use crate::{Cache, CacheError, Digest, Disk, Output, Record, durable};
 
 /// How large an archive may be.
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +60,8 @@ pub fn import(
     archive: impl Read,
     limits: &Limits,
 ) -> Result<Imported, ArchiveError> {
-    let staged = Staged::in_folder(&cache.root)?;
-    let (records, objects) = unpack(archive, limits, &staged.folder)?;
+    let staged = Staged::in_folder(&cache.root, cache.disk.clone())?;
+    let (records, objects) = unpack(archive, limits, &staged)?;
     let mut imported =
         Imported { records: records.len(), objects: objects.len(), ..Imported::default() };
     cache.refresh()?;
@@ -83,7 +82,7 @@ pub fn import(
         let name = durable::unique_name();
         let path = cache.root.join("journal").join(format!("{name}.log"));
         let journal = journal_of(new.into_iter())?;
-        durable::publish(&cache.root.join("tmp").join(name), &path, &journal)?;
+        durable::publish(&cache.disk, &cache.root.join("tmp").join(name), &path, &journal)?;
     }
     cache.refresh()?;
     Ok(imported)
@@ -101,37 +100,59 @@ fn unread(error: &io::Error) -> ArchiveError {
 /// A folder for what is not published yet; it goes with this.
 struct Staged {
     folder: PathBuf,
+    disk: Disk,
 }
 
 impl Staged {
-    fn in_folder(root: &Path) -> Result<Self, CacheError> {
+    fn in_folder(root: &Path, disk: Disk) -> Result<Self, CacheError> {
         let folder = root.join("tmp").join(durable::unique_name());
-        fs::create_dir(&folder).at(&folder)?;
-        Ok(Self { folder })
+        disk.create_folder(&folder).at(&folder)?;
+        Ok(Self { folder, disk })
+    }
+
+    /// Writes an object where nobody looks, if its bytes are what its name says.
+    fn stage(&self, entry: &mut impl Read, digest: &Digest) -> Result<(), ArchiveError> {
+        let path = self.folder.join(digest.to_string());
+        let mut file = self.disk.create(&path).at(&path)?;
+        let (mut hash, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
+        loop {
+            let n = entry.read(&mut buffer).map_err(|error| unread(&error))?;
+            if n == 0 {
+                break;
+            }
+            hash.update(&buffer[..n]);
+            self.disk.append(&mut file, &path, &buffer[..n]).at(&path)?;
+        }
+        let found = Digest(hash.finalize().into());
+        if found != *digest {
+            return Err(refused(format!("the object {digest} has the digest {found}")));
+        }
+        self.disk.protect(&file, &path).at(&path)?;
+        Ok(self.disk.sync(&file, &path).at(&path)?)
     }
 
     /// Moves a checked object to its place; one that is there gives way to equal bytes.
     fn publish(&self, root: &Path, digest: &Digest) -> Result<(), CacheError> {
         let hex = digest.to_string();
         let shelf = root.join("objects").join(&hex[..2]);
-        fs::create_dir_all(&shelf).at(&shelf)?;
+        self.disk.create_folder(&shelf).at(&shelf)?;
         let path = shelf.join(&hex);
-        fs::rename(self.folder.join(&hex), &path).at(&path)?;
-        durable::sync_folder(&shelf)
+        self.disk.rename(&self.folder.join(&hex), &path).at(&path)?;
+        self.disk.sync_folder(&shelf).at(&shelf)
     }
 }
 
 impl Drop for Staged {
     fn drop(&mut self) {
         // What stays is swept with the rest of `tmp`.
-        fs::remove_dir_all(&self.folder).ok();
+        self.disk.remove_folder(&self.folder).ok();
     }
 }
 
 type Unpacked = (Vec<Record>, BTreeMap<Digest, u64>);
 
-/// The records of an archive, and the sizes of its objects, which are in `folder` then.
-fn unpack(archive: impl Read, limits: &Limits, folder: &Path) -> Result<Unpacked, ArchiveError> {
+/// The records of an archive, and the sizes of its objects, which are staged then.
+fn unpack(archive: impl Read, limits: &Limits, staged: &Staged) -> Result<Unpacked, ArchiveError> {
     let read = Rc::new(Cell::new(0));
     let packed = Counted { inner: archive, n: Rc::clone(&read) };
     let plain = zstd::Decoder::new(packed).map_err(|error| unread(&error))?.single_frame();
@@ -181,7 +202,7 @@ fn unpack(archive: impl Read, limits: &Limits, folder: &Path) -> Result<Unpacked
         if entry.size() != size {
             return Err(refused(format!("`{name}` has {} bytes, not {size}", entry.size())));
         }
-        stage(&mut entry, &folder.join(digest.to_string()), &digest)?;
+        staged.stage(&mut entry, &digest)?;
         objects.insert(digest, size);
     }
     ended(plain)?;
@@ -225,28 +246,6 @@ fn objects_of(records: &[Record]) -> Result<BTreeMap<Digest, u64>, ArchiveError>
         }
     }
     Ok(objects)
-}
-
-/// Writes an object where nobody looks, if its bytes are what its name says.
-fn stage(entry: &mut impl Read, path: &Path, digest: &Digest) -> Result<(), ArchiveError> {
-    let mut file = File::create_new(path).at(path)?;
-    let (mut hash, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
-    loop {
-        let n = entry.read(&mut buffer).map_err(|error| unread(&error))?;
-        if n == 0 {
-            break;
-        }
-        hash.update(&buffer[..n]);
-        file.write_all(&buffer[..n]).at(path)?;
-    }
-    let found = Digest(hash.finalize().into());
-    if found != *digest {
-        return Err(refused(format!("the object {digest} has the digest {found}")));
-    }
-    let mut permissions = file.metadata().at(path)?.permissions();
-    permissions.set_readonly(true);
-    file.set_permissions(permissions).at(path)?;
-    Ok(file.sync_all().at(path)?)
 }
 
 /// Checks that nothing follows the last entry but the zeros that end an archive.
