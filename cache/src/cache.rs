@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::actions::Actions;
 use crate::error::At as _;
@@ -12,7 +13,8 @@ use crate::hints::{self, Hints};
 use crate::in_use;
 use crate::journal::{self, Journal, Seen};
 use crate::{
-    ActionLock, CacheError, Checkpoints, Conflict, Digest, Disk, Objects, Record, Trouble, durable,
+    ActionLock, CacheError, Checkpoints, Conflict, Digest, Disk, Objects, Record, Second, Trouble,
+    durable,
 };
 
 const VERSION: &str = "ivx cache 1\n";
@@ -27,6 +29,8 @@ pub struct Cache {
     pub(crate) disk: Disk,
     platform: String,
     records: Records,
+    /// What the second store said of keys that are not known here.
+    borrowed: BTreeMap<Digest, Record>,
     seen: BTreeMap<OsString, Seen>,
     journal: Option<Journal>,
     objects: Objects,
@@ -46,6 +50,9 @@ pub enum Committed {
     New,
     /// The same result was known; the first record stays.
     Known,
+    /// The record is new, and the second store had another result: nothing that it said is
+    /// known any more, so that keys of what depends on it may be others.
+    Against,
 }
 
 impl Cache {
@@ -89,6 +96,7 @@ impl Cache {
             root: root.to_owned(),
             platform: platform.to_owned(),
             records: BTreeMap::new(),
+            borrowed: BTreeMap::new(),
             seen: BTreeMap::new(),
             journal: None,
             objects: Objects::new(root, disk.clone()),
@@ -105,8 +113,33 @@ impl Cache {
     /// The record of a key: of the own platform, else of the platform whose name comes first.
     #[must_use]
     pub fn lookup(&self, key: &Digest) -> Option<&Record> {
-        let records = self.records.get(key)?;
+        let Some(records) = self.records.get(key) else { return self.borrowed.get(key) };
         records.iter().find(|record| record.platform == self.platform).or(records.first())
+    }
+
+    /// Puts a second store behind this one, before anything is looked up.
+    pub fn attach(&mut self, second: Second) {
+        self.objects.second = Some(Arc::new(second));
+    }
+
+    /// The second store, if there is one.
+    #[must_use]
+    pub fn second(&self) -> Option<&Second> {
+        self.objects.second.as_deref()
+    }
+
+    /// As [`Self::lookup`], but what is not known here is asked for in the second store.
+    ///
+    /// Its records are written here when the cache is closed, as far as their bytes are here.
+    pub fn find(&mut self, key: &Digest) -> Option<&Record> {
+        if self.lookup(key).is_none()
+            && let Some(second) = &self.objects.second
+            && let Some(record) =
+                second.record(key, &self.platform, |output| self.objects.has_here(output))
+        {
+            self.borrowed.insert(*key, record);
+        }
+        self.lookup(key)
     }
 
     /// Every record, by key and then platform.
@@ -134,6 +167,21 @@ impl Cache {
     /// # Errors
     /// [`CacheError::Conflict`] if another result is known; otherwise, if the disk fails.
     pub fn commit(&mut self, record: Record) -> Result<Committed, CacheError> {
+        let Some(second) = self.objects.second.clone() else { return self.add(record) };
+        let committed = self.add(record.clone())?;
+        let differs = |borrowed: &Record| {
+            borrowed.platform == record.platform && borrowed.output.digest != record.output.digest
+        };
+        if let Some(borrowed) = self.borrowed.remove(&record.key).filter(differs) {
+            second.distrust(&borrowed);
+            self.borrowed.clear();
+            return Ok(Committed::Against);
+        }
+        second.put_record(&record);
+        Ok(committed)
+    }
+
+    fn add(&mut self, record: Record) -> Result<Committed, CacheError> {
         match find(&self.records, &record) {
             Err(conflict) => Err(CacheError::Conflict(conflict)),
             Ok(Some(_)) => Ok(Committed::Known),
@@ -148,6 +196,24 @@ impl Cache {
     /// Whether a record with the same result is known, or why it cannot be added.
     pub(crate) fn knows(&self, record: &Record) -> Result<bool, Box<Conflict>> {
         find(&self.records, record).map(|known| known.is_some())
+    }
+
+    /// Writes what was borrowed, as far as its bytes are here.
+    fn keep_borrowed(&mut self) -> Result<(), CacheError> {
+        for record in std::mem::take(&mut self.borrowed).into_values() {
+            if !self.objects.has_here(&record.output) {
+                continue;
+            }
+            match self.add(record) {
+                // Another process found something else.
+                Err(CacheError::Conflict(conflict)) => {
+                    self.troubles.push(Trouble::Conflict(conflict));
+                }
+                Err(error) => return Err(error),
+                Ok(_) => {}
+            }
+        }
+        Ok(())
     }
 
     /// The journal of this process, begun with the first commit.
@@ -231,6 +297,7 @@ impl Cache {
 
     /// What was found damaged since the last call.
     pub fn troubles(&mut self) -> Vec<Trouble> {
+        self.troubles.extend(self.objects.second.iter().flat_map(|second| second.notes()));
         std::mem::take(&mut self.troubles)
     }
 
@@ -240,9 +307,10 @@ impl Cache {
     /// # Errors
     /// If the disk fails.
     pub fn close(mut self) -> Result<Vec<Trouble>, CacheError> {
+        self.keep_borrowed()?;
         self.sync()?;
         self.save_hints();
-        Ok(self.troubles)
+        Ok(self.troubles())
     }
 
     pub(crate) fn save_hints(&mut self) {

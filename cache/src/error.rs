@@ -164,6 +164,14 @@ pub enum Trouble {
         /// Where the old ones are kept.
         moved_to: PathBuf,
     },
+    /// A second store had what is not used, or failed; what it might have had runs here.
+    #[error("the store {store}: {what}")]
+    Store {
+        /// What the store is called.
+        store: String,
+        /// What was wrong.
+        what: String,
+    },
     /// The durations were not available.
     #[error("the hints were left alone: {reason}")]
     NoHints {

@@ -27,8 +27,10 @@ mod objects;
 mod rebuild;
 mod record;
 mod runs;
+mod second;
 mod select;
 mod stats;
+mod store;
 mod sweep;
 mod written;
 
@@ -47,5 +49,7 @@ pub use objects::{Fetched, INLINE_MAX, Objects};
 pub use rebuild::{Rebuilt, rebuild};
 pub use record::{Output, Provenance, Record};
 pub use runs::{History, Run};
+pub use second::{Mode, Second, Traffic};
 pub use stats::{OpStats, Stats};
+pub use store::{Folder, Store, StoreError};
 pub use sweep::{Sweep, Swept, Wanted, sweep};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::At as _;
-use crate::{CacheError, Digest, Disk, Output, durable};
+use crate::{CacheError, Digest, Disk, Output, Second, durable};
 
 /// Outputs up to this many bytes lie inside their record.
 pub const INLINE_MAX: usize = 4096;
@@ -16,6 +16,7 @@ pub const INLINE_MAX: usize = 4096;
 pub struct Objects {
     root: Arc<Path>,
     disk: Disk,
+    pub(crate) second: Option<Arc<Second>>,
 }
 
 /// What came of reading an output.
@@ -34,7 +35,7 @@ pub enum Fetched {
 
 impl Objects {
     pub(crate) fn new(root: &Path, disk: Disk) -> Self {
-        Self { root: root.into(), disk }
+        Self { root: root.into(), disk, second: None }
     }
 
     /// The output of these bytes; when it returns, they are on the disk, or inside it.
@@ -48,7 +49,15 @@ impl Objects {
         if bytes.len() <= INLINE_MAX {
             return Ok(Output { digest, size, inline: Some(bytes.into()) });
         }
-        let (folder, path) = self.place(&digest);
+        self.keep(&digest, bytes)?;
+        if let Some(second) = &self.second {
+            second.put_object(&digest, bytes);
+        }
+        Ok(Output { digest, size, inline: None })
+    }
+
+    fn keep(&self, digest: &Digest, bytes: &[u8]) -> Result<(), CacheError> {
+        let (folder, path) = self.place(digest);
         if !holds(&path, bytes) {
             if !folder.exists() {
                 self.disk.create_folder(&folder).at(&folder)?;
@@ -58,10 +67,11 @@ impl Objects {
             let temporary = self.root.join("tmp").join(durable::unique_name());
             durable::publish(&self.disk, &temporary, &path, bytes)?;
         }
-        Ok(Output { digest, size, inline: None })
+        Ok(())
     }
 
-    /// The bytes of an output, checked against its digest.
+    /// The bytes of an output, checked against its digest; copied from the second store if
+    /// only that has them.
     ///
     /// # Errors
     /// If the disk fails. A missing or damaged object is no error.
@@ -73,6 +83,17 @@ impl Objects {
             assert_eq!(Digest::of(bytes), output.digest, "an inline output has its digest");
             return Ok(Fetched::Bytes(Arc::clone(bytes)));
         }
+        let here = self.read_here(output)?;
+        if let (Fetched::Missing | Fetched::Corrupt { .. }, Some(second)) = (&here, &self.second)
+            && let Some(bytes) = second.object(output)
+        {
+            self.keep(&output.digest, &bytes)?;
+            return Ok(Fetched::Bytes(bytes.into()));
+        }
+        Ok(here)
+    }
+
+    fn read_here(&self, output: &Output) -> Result<Fetched, CacheError> {
         let (_, path) = self.place(&output.digest);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
@@ -94,9 +115,15 @@ impl Objects {
         }
     }
 
-    /// Whether the bytes of an output are there, as far as their number tells.
+    /// Whether the bytes of an output are there, in this cache or the second store, as far as
+    /// their number tells.
     #[must_use]
     pub fn has(&self, output: &Output) -> bool {
+        self.has_here(output) || self.second.as_ref().is_some_and(|second| second.has(output))
+    }
+
+    /// Whether the bytes of an output are in this cache, as far as their number tells.
+    pub(crate) fn has_here(&self, output: &Output) -> bool {
         let (_, path) = self.place(&output.digest);
         let whole = || fs::metadata(path).is_ok_and(|file| file.len() == output.size);
         output.inline.is_some() || whole()

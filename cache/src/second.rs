@@ -1,0 +1,311 @@
+//! What a second store says, believed as far as it can be checked.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::journal::{journal_of, whole};
+use crate::{Digest, INLINE_MAX, Output, Record, Store, StoreError, Trouble};
+
+/// The most bytes of one record.
+const RECORD_MAX: u64 = 4 << 20;
+/// The most bytes of one object.
+const OBJECT_MAX: u64 = 1 << 30;
+/// The most records of a store.
+const N_RECORDS_MAX: usize = 1_000_000;
+/// So many refusals are told one by one.
+const N_NOTES: usize = 8;
+
+/// Whether results are put into a second store, or only taken from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Nothing is written there.
+    Read,
+    /// New results are put there, too.
+    Write,
+}
+
+/// A second store, checked. It never fails a run: what is wrong is noted, and gone without.
+#[derive(Debug)]
+pub struct Second {
+    store: Box<dyn Store>,
+    /// What it is called, for people.
+    name: String,
+    mode: Mode,
+    /// The platforms of which it had records when it was opened, by key.
+    listed: BTreeMap<Digest, Vec<String>>,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    reads_ended: bool,
+    writes_ended: bool,
+    /// Names under which something was wrong, to be written anew.
+    refused: BTreeSet<String>,
+    n_notes: usize,
+    notes: Vec<Trouble>,
+    traffic: Traffic,
+}
+
+/// What went between a cache and its second store.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Records that were taken.
+    pub taken: usize,
+    /// Objects that were copied from there.
+    pub copied: usize,
+    /// Records that were put there.
+    pub put: usize,
+}
+
+impl Second {
+    /// A store, to read or also to write.
+    ///
+    /// - `name`: what to call it in notes.
+    ///
+    /// # Errors
+    /// If it can't say what it has.
+    pub fn new(store: Box<dyn Store>, name: String, mode: Mode) -> Result<Self, StoreError> {
+        let (listed, state) = (BTreeMap::new(), Mutex::default());
+        let mut second = Self { store, name, mode, listed, state };
+        let mut left = N_RECORDS_MAX;
+        for shelf in 0..=u8::MAX {
+            let shelf = format!("{shelf:02x}");
+            let folder = format!("records/{shelf}");
+            let names = match second.store.list(&folder, left) {
+                Ok(names) => names,
+                Err(error @ StoreError::Failed { .. }) => return Err(error),
+                Err(error) => {
+                    second.note(&folder, &error, "");
+                    continue;
+                }
+            };
+            left -= names.len();
+            for (key, platform) in names.iter().filter_map(|name| key_and_platform(name, &shelf)) {
+                second.listed.entry(key).or_default().push(platform);
+            }
+        }
+        Ok(second)
+    }
+
+    /// Of how many keys it has results.
+    #[must_use]
+    pub fn n_keys(&self) -> usize {
+        self.listed.len()
+    }
+
+    /// What went on so far.
+    #[must_use]
+    pub fn traffic(&self) -> Traffic {
+        self.state().traffic
+    }
+
+    /// The record of a key: of this platform, else of the platform whose name comes first.
+    ///
+    /// - `has`: whether the bytes of an output are in the cache.
+    pub(crate) fn record(
+        &self,
+        key: &Digest,
+        platform: &str,
+        has: impl Fn(&Output) -> bool,
+    ) -> Option<Record> {
+        let listed = self.listed.get(key)?;
+        let own = listed.iter().filter(|listed| *listed == platform);
+        let others = listed.iter().filter(|listed| *listed != platform);
+        let record = own.chain(others).find_map(|platform| {
+            let record = self.record_of(key, platform)?;
+            // One whose bytes are nowhere would only run later.
+            (has(&record.output) || self.has(&record.output)).then_some(record)
+        })?;
+        self.state().traffic.taken += 1;
+        Some(record)
+    }
+
+    fn record_of(&self, key: &Digest, platform: &str) -> Option<Record> {
+        let name = record_name(key, platform)?;
+        self.read(&name, || {
+            let Some(bytes) = self.store.get(&name, RECORD_MAX)? else { return Ok(None) };
+            let records = whole(&bytes).and_then(|records| <[Record; 1]>::try_from(records).ok());
+            let [record] = records.ok_or_else(|| refused(&name, "damaged"))?;
+            match wrong(&record, key, platform) {
+                Some(why) => Err(refused(&name, why)),
+                None => Ok(Some(record)),
+            }
+        })
+    }
+
+    /// Whether the bytes of an output are there, as far as their number tells.
+    pub(crate) fn has(&self, output: &Output) -> bool {
+        let name = object_name(&output.digest);
+        let there = self.read(&name, || match self.store.size(&name)? {
+            Some(size) if size != output.size => {
+                Err(refused(&name, format!("{size} bytes in place of {}", output.size)))
+            }
+            size => Ok(size),
+        });
+        there.is_some()
+    }
+
+    /// The bytes of an output, which have its digest.
+    pub(crate) fn object(&self, output: &Output) -> Option<Vec<u8>> {
+        let name = object_name(&output.digest);
+        let bytes = self.read(&name, || {
+            let max = output.size.min(OBJECT_MAX);
+            let Some(bytes) = self.store.get(&name, max)? else { return Ok(None) };
+            if Digest::of(&bytes) != output.digest {
+                return Err(refused(&name, "bytes of another digest"));
+            }
+            Ok(Some(bytes))
+        })?;
+        self.state().traffic.copied += 1;
+        Some(bytes)
+    }
+
+    /// Puts an object there, if it is written to and has none.
+    pub(crate) fn put_object(&self, digest: &Digest, bytes: &[u8]) {
+        let name = object_name(digest);
+        self.write(&name, bytes, |size| size == bytes.len() as u64);
+    }
+
+    /// Puts a record there, if it is written to and has none; its object comes first.
+    pub(crate) fn put_record(&self, record: &Record) {
+        let Some(name) = record_name(&record.key, &record.platform) else { return };
+        // What would be refused is not put there.
+        let Ok(bytes) = journal_of([record].into_iter()) else { return };
+        if wrong(record, &record.key, &record.platform).is_none()
+            && bytes.len() as u64 <= RECORD_MAX
+            && self.write(&name, &bytes, |_| true)
+        {
+            self.state().traffic.put += 1;
+        }
+    }
+
+    /// Takes nothing more from the store, which said what turned out to be wrong.
+    pub(crate) fn distrust(&self, record: &Record) {
+        let mut state = self.state();
+        (state.reads_ended, state.writes_ended) = (true, true);
+        let (key, node) = (record.key, &record.provenance.node);
+        let what = format!("`{node}` (key {key}) gives something else here than it has on record");
+        state.notes.push(self.trouble(&format!("{what}: nothing that it says is used")));
+    }
+
+    /// What was refused, and why, since the last call.
+    pub(crate) fn notes(&self) -> Vec<Trouble> {
+        let mut state = self.state();
+        let mut notes = std::mem::take(&mut state.notes);
+        let more = std::mem::take(&mut state.n_notes).saturating_sub(N_NOTES);
+        if more > 0 {
+            notes.push(self.trouble(&format!("{more} more are refused")));
+        }
+        notes
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn trouble(&self, what: &str) -> Trouble {
+        Trouble::Store { store: self.name.clone(), what: what.to_owned() }
+    }
+
+    fn read<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce() -> Result<Option<T>, StoreError>,
+    ) -> Option<T> {
+        if self.state().reads_ended {
+            return None;
+        }
+        read().unwrap_or_else(|error| {
+            self.note(name, &error, "nothing more is read there");
+            self.state().reads_ended |= matches!(error, StoreError::Failed { .. });
+            None
+        })
+    }
+
+    /// Whether the bytes were put under the name.
+    ///
+    /// - `holds`: whether so many bytes are what is to lie there.
+    fn write(&self, name: &str, bytes: &[u8], holds: impl FnOnce(u64) -> bool) -> bool {
+        let writes = self.mode == Mode::Write && !self.state().writes_ended;
+        if !writes || bytes.len() as u64 > OBJECT_MAX {
+            return false;
+        }
+        let anew = self.state().refused.remove(name);
+        if !anew && matches!(self.store.size(name), Ok(Some(size)) if holds(size)) {
+            return false;
+        }
+        let put = self.store.put(name, bytes);
+        if let Err(error) = &put {
+            // A record whose object is missing would be of no use.
+            self.note(name, error, "nothing more is written there");
+            self.state().writes_ended = true;
+        }
+        put.is_ok()
+    }
+
+    fn note(&self, name: &str, error: &StoreError, then: &str) {
+        let mut state = self.state();
+        state.refused.insert(name.to_owned());
+        match error {
+            StoreError::Refused { .. } => {
+                state.n_notes += 1;
+                if state.n_notes <= N_NOTES {
+                    state.notes.push(self.trouble(&error.to_string()));
+                }
+            }
+            StoreError::Failed { .. } => {
+                state.notes.push(self.trouble(&format!("{error}: {then}")));
+            }
+        }
+    }
+}
+
+fn refused(name: &str, why: impl Into<String>) -> StoreError {
+    StoreError::refused(name, why)
+}
+
+/// What keeps a record from being used as that of a key on a platform, if anything.
+fn wrong(record: &Record, key: &Digest, platform: &str) -> Option<&'static str> {
+    let inline = record.output.inline.as_ref().map_or(0, |bytes| bytes.len());
+    if record.key != *key {
+        return Some("the record of another key");
+    }
+    if record.platform != platform {
+        return Some("the record of another platform");
+    }
+    if inline > INLINE_MAX {
+        return Some("more bytes inside it than a record has");
+    }
+    if record.output.size > OBJECT_MAX {
+        return Some("its object is too large");
+    }
+    let provenance = &record.provenance;
+    let texts = [&provenance.op, &provenance.node, &provenance.library, &provenance.explanation];
+    // They are shown to people, on terminals.
+    let acts = |text: &&String| text.chars().any(|c| c.is_control() && c != '\n');
+    texts.iter().any(acts).then_some("its texts have control characters")
+}
+
+fn object_name(digest: &Digest) -> String {
+    let hex = digest.to_string();
+    format!("objects/{}/{hex}", &hex[..2])
+}
+
+/// `None` if the platform can't be part of a name.
+fn record_name(key: &Digest, platform: &str) -> Option<String> {
+    let hex = key.to_string();
+    is_plain(platform).then(|| format!("records/{}/{hex}-{platform}", &hex[..2]))
+}
+
+/// What the name of a record on a shelf says; `None` if it is none.
+fn key_and_platform(name: &str, shelf: &str) -> Option<(Digest, String)> {
+    let (key, platform) = name.split_once('-')?;
+    let is_ours = key.starts_with(shelf) && is_plain(platform);
+    Some((key.parse().ok().filter(|_| is_ours)?, platform.to_owned()))
+}
+
+fn is_plain(platform: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
+    (1..=100).contains(&platform.len()) && platform.chars().all(plain)
+}
