@@ -24,6 +24,7 @@ mod published;
 mod records;
 mod report;
 mod reruns;
+mod stores;
 mod tidy;
 mod values;
 mod versions;

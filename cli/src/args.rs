@@ -102,11 +102,33 @@ pub(crate) struct Spec {
     pub(crate) max_nodes: Option<usize>,
 }
 
+/// Where results may be known beside the cache.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Store {
+    /// Take results that the cache lacks from the store in this folder [default: `IVX_STORE`].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) store: Option<PathBuf>,
+}
+
+/// Whether results are put into a store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum StoreMode {
+    /// They are only taken from there.
+    Read,
+    /// New ones are put there, too.
+    Write,
+}
+
 #[derive(Debug, clap::Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(crate) struct Exec {
     #[command(flatten)]
     pub(crate) spec: Spec,
+    #[command(flatten)]
+    pub(crate) store: Store,
+    /// Whether to put new results into the store, too [default: `IVX_STORE_MODE`, else read].
+    #[arg(long, value_name = "MODE", value_enum)]
+    pub(crate) store_mode: Option<StoreMode>,
     /// How many threads nodes keep busy at once [default: one a core].
     #[arg(long, short)]
     pub(crate) jobs: Option<usize>,
@@ -145,6 +167,8 @@ pub(crate) struct Check {
 pub(crate) struct Plan {
     #[command(flatten)]
     pub(crate) spec: Spec,
+    #[command(flatten)]
+    pub(crate) store: Store,
     /// List every node.
     #[arg(long)]
     pub(crate) nodes: bool,
@@ -160,6 +184,8 @@ pub(crate) struct Plan {
 pub(crate) struct Why {
     #[command(flatten)]
     pub(crate) spec: Spec,
+    #[command(flatten)]
+    pub(crate) store: Store,
     /// A node as `ivx plan --nodes` lists it, or how its name begins.
     #[arg(value_name = "NODE")]
     pub(crate) node: String,
@@ -172,6 +198,8 @@ pub(crate) struct Why {
 pub(crate) struct Verify {
     #[command(flatten)]
     pub(crate) spec: Spec,
+    #[command(flatten)]
+    pub(crate) store: Store,
     /// How much of what is known: `5%`. The same nodes are chosen each time.
     #[arg(long, value_name = "SHARE", default_value = "100%", value_parser = share)]
     pub(crate) sample: f64,

@@ -13,6 +13,7 @@ mod render;
 mod replace;
 mod setter;
 mod size;
+mod store;
 mod time;
 
 use std::ffi::OsString;

@@ -61,7 +61,7 @@ impl Listen for Progress<'_> {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Planned { nodes } => {
-                self.nodes = nodes as u64;
+                (self.nodes, self.done, self.hits) = (nodes as u64, 0, 0);
                 if let Some(bar) = &self.bar {
                     bar.set_length(self.nodes);
                     bar.set_style(style());

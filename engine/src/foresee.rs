@@ -45,19 +45,40 @@ pub(crate) struct Known<'c> {
 
 /// What is known of each node, by its index.
 pub(crate) fn known<'c>(plan: &Plan, registry: &Registry, cache: &'c Cache) -> Vec<Known<'c>> {
-    let mut known: Vec<Known<'_>> = Vec::with_capacity(plan.graph.node_count());
+    let digest = |key: &Digest| cache.lookup(key).map(|record| record.output.digest);
+    let known = |key: Option<Digest>| Known { key, record: key.and_then(|k| cache.lookup(&k)) };
+    keys(plan, registry, digest).into_iter().map(known).collect()
+}
+
+/// Asks the second store of the cache, if it has one, for what is not known here, as a run does.
+pub fn consult(plan: &Plan, registry: &Registry, cache: &mut Cache) {
+    if cache.second().is_some() {
+        keys(plan, registry, |key| cache.find(key).map(|record| record.output.digest));
+    }
+}
+
+/// The key of each node whose inputs are known, by its index.
+///
+/// - `result`: the digest of what is known of a key.
+fn keys(
+    plan: &Plan,
+    registry: &Registry,
+    mut result: impl FnMut(&Digest) -> Option<Digest>,
+) -> Vec<Option<Digest>> {
+    let mut results = Vec::with_capacity(plan.graph.node_count());
+    let mut keys = Vec::with_capacity(plan.graph.node_count());
     for step in plan.graph.node_weights() {
         let digest = |source: &Source| match source {
             Source::Number(x) => Some(number_digest(*x)),
-            Source::Node(node) => known[node.index()].record.map(|record| record.output.digest),
+            Source::Node(node) => results[node.index()],
         };
         let ready = step.sources().all(|source| digest(&source).is_some());
         let key = ready
             .then(|| key(step, registry, |source| digest(source).expect("all inputs are known")));
-        let record = key.and_then(|key| cache.lookup(&key));
-        known.push(Known { key, record });
+        keys.push(key);
+        results.push(key.and_then(|key| result(&key)));
     }
-    known
+    keys
 }
 
 /// Whether the result of each node is known and its bytes are gone.

@@ -29,7 +29,7 @@ pub use diff::{Change, diff};
 pub use difference::{Difference, Part};
 pub use event::{Event, Listen, Silence};
 pub use expand::expand;
-pub use foresee::{Foreseen, foresee, gone, recorded};
+pub use foresee::{Foreseen, consult, foresee, gone, recorded};
 pub use key::{explain, key, number_digest};
 pub use lock::{Lock, Locks};
 pub use outcome::{Fate, Node, Outcome};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-use ivx_cache::{Cache, CacheError, Digest, Fetched, Objects, Output, Record};
+use ivx_cache::{Cache, CacheError, Committed, Digest, Fetched, Objects, Output, Record};
 use ivx_op::{Needs, Registry};
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
@@ -61,12 +61,28 @@ pub fn schedule(
     wanted: &BTreeSet<NodeIndex>,
     listen: &mut dyn Listen,
 ) -> Result<Outcome, CacheError> {
+    loop {
+        if let Some(outcome) = look_up_and_run(plan, registry, cache, options, wanted, listen)? {
+            return Ok(outcome);
+        }
+    }
+}
+
+/// The outcome; `None` if the second store said what turned out to be wrong.
+fn look_up_and_run(
+    plan: &Plan,
+    registry: &Registry,
+    cache: &mut Cache,
+    options: &Options,
+    wanted: &BTreeSet<NodeIndex>,
+    listen: &mut dyn Listen,
+) -> Result<Option<Outcome>, CacheError> {
     let platform = platform();
     let mut run = Run::new(plan, registry, cache, options, listen, &platform);
     run.listen.event(Event::Planned { nodes: plan.graph.node_count() });
     run.begin();
     if run.queue.len() == 0 && !run.read(wanted)? {
-        return Ok(Outcome { nodes: run.nodes, values: run.values });
+        return Ok(Some(Outcome { nodes: run.nodes, values: run.values }));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs.max(1)).build();
     let pool = pool.expect("the system starts threads");
@@ -80,7 +96,7 @@ pub fn schedule(
         }
         run.cache.sync()
     })?;
-    Ok(Outcome { nodes: run.nodes, values: run.values })
+    Ok((!run.misled).then_some(Outcome { nodes: run.nodes, values: run.values }))
 }
 
 struct Run<'a> {
@@ -106,6 +122,8 @@ struct Run<'a> {
     /// Nodes that another process runs.
     elsewhere: Vec<NodeIndex>,
     stopped: bool,
+    /// Whether the second store said what turned out to be wrong: all is looked up again.
+    misled: bool,
     synced: Instant,
 }
 
@@ -147,6 +165,7 @@ impl<'a> Run<'a> {
             queue: Queue::new(limits),
             elsewhere: Vec::new(),
             stopped: false,
+            misled: false,
             synced: Instant::now(),
         }
     }
@@ -178,7 +197,7 @@ impl<'a> Run<'a> {
         while let Some(node) = todo.pop() {
             let key = key(self.step(node), self.registry, |source| self.digest(source));
             self.nodes[node.index()].key = Some(key);
-            match self.cache.lookup(&key).map(|record| record.output.clone()) {
+            match self.cache.find(&key).map(|record| record.output.clone()) {
                 Some(output) if !self.forced.contains_key(&node) => {
                     self.listen.event(Event::Hit { address: &self.step(node).address });
                     todo.extend(self.done(node, output, Fate::Hit));
@@ -351,7 +370,8 @@ impl<'a> Run<'a> {
                 let committed = self.cache.commit(record);
                 drop(lock);
                 match committed {
-                    Ok(_) => {}
+                    Ok(Committed::Against) => (self.misled, self.stopped) = (true, true),
+                    Ok(Committed::New | Committed::Known) => {}
                     Err(CacheError::Conflict(conflict)) => {
                         self.fail(node, &conflict.to_string());
                         return Ok(());

@@ -20,7 +20,7 @@ use crate::machine::memory;
 use crate::progress::Progress;
 use crate::replace::replace;
 use crate::time::now_millis;
-use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project};
+use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project, store};
 
 pub(crate) fn exec(
     args: &args::Exec,
@@ -35,6 +35,14 @@ pub(crate) fn exec(
         writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
         return Ok(WRONG);
     }
+    let mode = match store::mode(args.store_mode) {
+        Ok(mode) => mode,
+        Err(said) => {
+            let said = said.display();
+            writeln!(err, "error: `IVX_STORE_MODE` is `{said}`: write `read` or `write`")?;
+            return Ok(WRONG);
+        }
+    };
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
@@ -45,6 +53,7 @@ pub(crate) fn exec(
     ready.spec.held = Vec::new();
     let jobs = jobs(args.jobs);
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    store::attach(&args.store, mode, &mut cache, err)?;
     for trouble in cache.troubles() {
         // What a killed writer left undone is no damage: its nodes run again.
         if !matches!(trouble, CacheTrouble::TornJournal { .. }) {
@@ -78,6 +87,7 @@ pub(crate) fn exec(
         }
         Err(error) => (Err(error), None),
     };
+    store::tell(&cache, err)?;
     for trouble in cache.close()? {
         writeln!(err, "note: {trouble}")?;
     }

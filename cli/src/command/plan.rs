@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use ivx_cache::Cache;
-use ivx_engine::{Foreseen, Plan, Step, expand, foresee, gone, platform};
+use ivx_engine::{Foreseen, Plan, Step, consult, expand, foresee, gone, platform};
 use petgraph::visit::EdgeRef as _;
 use serde_json::{Value, json};
 
 use super::ready;
+use crate::args::StoreMode;
 use crate::render::visible;
-use crate::{OK, Trouble, WRONG, args, project};
+use crate::{OK, Trouble, WRONG, args, project, store};
 
 pub(crate) fn plan(
     args: &args::Plan,
@@ -19,7 +20,10 @@ pub(crate) fn plan(
 ) -> Result<u8, Trouble> {
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry);
-    let cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
+    let mut cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
+    store::attach(&args.store, StoreMode::Read, &mut cache, err)?;
+    consult(&plan, &ready.registry, &mut cache);
+    store::notes(&mut cache, err)?;
     let foreseen = foresee(&plan, &ready.registry, &cache);
     let gone = gone(&plan, &ready.registry, &cache);
     if args.format == args::Format::Json {

@@ -4,12 +4,13 @@ use std::io::Write;
 use std::time::Instant;
 
 use ivx_cache::Cache;
-use ivx_engine::{Verified, expand, platform};
+use ivx_engine::{Verified, consult, expand, platform};
 
 use super::{jobs, ready};
+use crate::args::StoreMode;
 use crate::progress::{Progress, spell};
 use crate::render::visible;
-use crate::{FAILED, OK, Trouble, WRONG, args, project};
+use crate::{FAILED, OK, Trouble, WRONG, args, project, store};
 
 pub(crate) fn verify(
     args: &args::Verify,
@@ -19,13 +20,16 @@ pub(crate) fn verify(
     let started = Instant::now();
     let Some(ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let plan = expand(&ready.spec, &ready.registry);
-    let cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    store::attach(&args.store, StoreMode::Read, &mut cache, err)?;
+    consult(&plan, &ready.registry, &mut cache);
     let jobs = jobs(args.jobs);
     let mut progress = Progress::new(err, jobs);
     let verified =
         ivx_engine::verify(&plan, &ready.registry, &cache, args.sample, jobs, &mut progress);
     progress.finish();
     let verified = verified?;
+    store::notes(&mut cache, err)?;
     let (mut same, mut close, mut gone, mut wrong) = (0, 0, 0, 0);
     for (node, verified) in &verified {
         let address = visible(&plan.graph[*node].address);

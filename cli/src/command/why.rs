@@ -7,13 +7,14 @@ use std::collections::BTreeSet;
 use std::io::Write;
 
 use ivx_cache::Cache;
-use ivx_engine::{NodeIndex, Plan, expand, platform};
+use ivx_engine::{NodeIndex, Plan, consult, expand, platform};
 use ivx_grammar::suggest;
 
 use super::{Ready, ready};
+use crate::args::StoreMode;
 use crate::render::safe;
 use crate::setter::{Setter, setter};
-use crate::{OK, Trouble, WRONG, args, project};
+use crate::{OK, Trouble, WRONG, args, project, store};
 
 /// What telling of a node needs beside what is told.
 struct Told<'a> {
@@ -40,7 +41,10 @@ pub(crate) fn why(
         writeln!(err, "error: no node is called `{}`: {help}", args.node)?;
         return Ok(WRONG);
     }
-    let cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
+    let mut cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
+    store::attach(&args.store, StoreMode::Read, &mut cache, err)?;
+    consult(&plan, &ready.registry, &mut cache);
+    store::notes(&mut cache, err)?;
     let all = ivx_engine::why(&plan, &ready.registry, &cache, &nodes)?;
     let told = Told { ready: &ready, plan: &plan };
     if args.format == args::Format::Json {
