@@ -244,7 +244,7 @@ fn what_needs_lost_bytes_that_cannot_be_made_again_is_skipped() {
     std::fs::remove_dir_all(folder.path().join("objects")).unwrap();
     std::fs::create_dir(folder.path().join("objects")).unwrap();
     // Node 1 is known, but its bytes are wanted; the others are new. All need those of node 0.
-    let nodes = [known[0], known[1], (2.0, &[0]), (3.0, &[0]), (4.0, &[1]), (5.0, &[])];
+    let nodes = [known[0], known[1], (2.0, &[0]), (3.0, &[0]), (4.0, &[1]), (0.5, &[])];
     let outcome = run(&fickle(&nodes), folder.path(), &[1, 4, 5]);
     assert_eq!(fates(&outcome), "fssssr");
     assert_eq!(outcome.values.keys().map(|node| node.index()).collect::<Vec<_>>(), [5]);
