@@ -2,6 +2,8 @@
 
 use std::fs::{File, TryLockError};
 use std::path::Path;
+use std::thread;
+use std::time::Duration;
 
 use crate::CacheError;
 use crate::error::At as _;
@@ -12,15 +14,25 @@ pub(crate) fn shared(in_use: File, root: &Path) -> Result<File, CacheError> {
     Ok(in_use)
 }
 
+/// How often, and how long between, we look whether somebody let go.
+const N_TRIES: usize = 40;
+const PATIENCE: Duration = Duration::from_millis(5);
+
 /// The file, locked as by the one that sweeps the store; [`CacheError::Busy`] if it is in use.
+///
+/// A program that a former user has just started shares its lock until it has begun, so one look
+/// is not enough.
 pub(crate) fn alone(in_use: File, root: &Path) -> Result<File, CacheError> {
-    match in_use.try_lock() {
-        Ok(()) => Ok(in_use),
-        Err(TryLockError::WouldBlock) => {
-            Err(CacheError::Busy { root: root.to_owned(), users: users(&in_use) })
+    for _ in 0..N_TRIES {
+        match in_use.try_lock() {
+            Ok(()) => return Ok(in_use),
+            Err(TryLockError::WouldBlock) => thread::sleep(PATIENCE),
+            Err(TryLockError::Error(source)) => {
+                return Err(CacheError::Io { path: root.to_owned(), source });
+            }
         }
-        Err(TryLockError::Error(source)) => Err(CacheError::Io { path: root.to_owned(), source }),
     }
+    Err(CacheError::Busy { root: root.to_owned(), users: users(&in_use) })
 }
 
 /// The processes that hold a lock on a file, as far as the system tells.
