@@ -106,12 +106,29 @@ impl Objects {
         let name = format!("{}-{}", output.digest, durable::unique_name());
         let moved_to = self.root.join("corrupt").join(name);
         match self.disk.rename(&path, &moved_to) {
-            Ok(()) => Ok(Fetched::Corrupt { moved_to }),
+            Ok(()) => self.put_back(output, &path, moved_to),
             // Another reader was faster.
             Err(error) if error.kind() == io::ErrorKind::NotFound && !path.exists() => {
                 Ok(Fetched::Missing)
             }
             Err(error) => Err(error).at(&path),
+        }
+    }
+
+    /// Puts what was moved aside back if it is whole: another reader was faster, and the object
+    /// had been made anew.
+    fn put_back(
+        &self,
+        output: &Output,
+        path: &Path,
+        moved_to: PathBuf,
+    ) -> Result<Fetched, CacheError> {
+        match fs::read(&moved_to) {
+            Ok(bytes) if Digest::of(&bytes) == output.digest => {
+                self.disk.rename(&moved_to, path).at(path)?;
+                Ok(Fetched::Bytes(bytes.into()))
+            }
+            _ => Ok(Fetched::Corrupt { moved_to }),
         }
     }
 
@@ -243,6 +260,30 @@ mod tests {
             assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes([1; 5000].into()));
         }
         assert_eq!((n_files(&root, "tmp"), n_files(&root, "corrupt")), (0, 2));
+    }
+
+    #[test]
+    fn readers_of_one_damaged_object_put_only_damage_aside() {
+        let (root, objects) = store();
+        let output = objects.put(&[1; 5000]).unwrap();
+        let (_, path) = objects.place(&output.digest);
+        for _ in 0..200 {
+            fs::remove_file(&path).unwrap();
+            fs::write(&path, [2; 5000]).unwrap();
+            std::thread::scope(|scope| {
+                for _ in 0..3 {
+                    scope.spawn(|| {
+                        if !matches!(objects.read(&output).unwrap(), Fetched::Bytes(_)) {
+                            objects.put(&[1; 5000]).unwrap();
+                        }
+                    });
+                }
+            });
+            assert_eq!(objects.read(&output).unwrap(), Fetched::Bytes([1; 5000].into()));
+        }
+        for file in fs::read_dir(root.path().join("corrupt")).unwrap() {
+            assert_eq!(fs::read(file.unwrap().path()).unwrap(), [2; 5000]);
+        }
     }
 
     #[test]
