@@ -15,7 +15,7 @@ experiment crash {
     axis seed = 0..8
     axis ke = { "WCM": wcm(), "MA": ma(), "BCM": bcm() }
     let data = sample(sinusoids(), n: 10)
-    let model = train(ensemble(map_estimate(net: mlp(hidden: [32, 32])), members: 8), on: data, steps: 300)
+    let model = train(ensemble(map_estimate(net: mlp(hidden: [32, 32])), members: 8), on: data, steps: 1_500)
     let curve = predict(model, at: grid(-1.0, 1.0, points: 11))
     let decision = argmax(model, ke: ke, among: grid(-2.0, 2.0, points: 101))
     measure spread = mean(std(curve, over: member), over: x)

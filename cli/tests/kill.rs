@@ -9,7 +9,7 @@ const SPEC: &str = r#"edition "2026"
 experiment killed {
     axis seed = 0..4
     let data = sample(sinusoids(), n: 10)
-    let model = train(ensemble(map_estimate(net: mlp(hidden: [48, 48])), members: 8), on: data, steps: 400)
+    let model = train(ensemble(map_estimate(net: mlp(hidden: [48, 48])), members: 8), on: data, steps: 1_500)
     measure spread = mean(std(predict(model, at: grid(-1.0, 1.0, points: 11)), over: member), over: x)
 }
 "#;
