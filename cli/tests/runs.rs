@@ -12,7 +12,7 @@ experiment told {
     profile few { points = 3 }
     axis seed = 0..2
     let data = sample(sinusoids(), n: points)
-    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: 100)
+    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: 4_000)
     measure value = mean(predict(model, at: grid(-1.0, 1.0, points: 5)), over: x)
     claim "one is more than two" : 1.0 > 2.0
 }
@@ -33,7 +33,7 @@ const LONG: &str = r#"edition "2026"
 experiment long {
     axis seed = 0..200
     let data = sample(sinusoids(), n: 20)
-    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: 2000)
+    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: 20_000)
     measure value = mean(predict(model, at: grid(-1.0, 1.0, points: 5)), over: x)
 }
 "#;

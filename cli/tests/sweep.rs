@@ -21,7 +21,7 @@ const LONG: &str = r#"edition "2026"
 experiment long {
     axis seed = 0..60
     let data = sample(sinusoids(), n: 20)
-    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: 60)
+    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: 3_000)
     measure value = mean(predict(model, at: grid(-1.0, 1.0, points: 5)), over: x)
 }
 "#;
