@@ -44,6 +44,7 @@ pub(super) fn run(
 ) -> Result<Vec<u8>, String> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
     let started = Instant::now();
+    watch::begin();
     let child = command.spawn().map_err(|error| format!("`{name}` cannot be started: {error}"))?;
     let deadline = Duration::try_from_secs_f64(time_limit).ok();
     let mut group = Group::of(child);

@@ -35,6 +35,12 @@ static WATCH: LazyLock<Mutex<Option<ChildStdin>>> = LazyLock::new(|| {
     Mutex::new(shell.ok().and_then(|mut shell| shell.stdin.take()))
 });
 
+/// Sees to it that the shell listens. A program is started after that, so that there is hardly a
+/// moment in which nobody would end it.
+pub(super) fn begin() {
+    LazyLock::force(&WATCH);
+}
+
 /// Says that a group of processes runs.
 pub(super) fn began(group: u32) {
     say("began", group);
