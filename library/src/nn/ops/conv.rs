@@ -1,5 +1,7 @@
 //! Convolutions of images: as products of matrices whose columns are patches.
 
+use std::ops::Range;
+
 use crate::nn::graph::{Graph, Shape, Var};
 use crate::nn::matmul::{Matrix, multiply};
 use crate::nn::params::ParamId;
@@ -24,6 +26,25 @@ impl Window {
             Some(room) => room / self.stride + 1,
             None => 0,
         }
+    }
+
+    /// The rows or columns of `len` that lie under the window at a place.
+    fn under(&self, place: usize, len: usize) -> Range<usize> {
+        let end = place * self.stride + self.kernel;
+        (place * self.stride).saturating_sub(self.padding)
+            ..end.saturating_sub(self.padding).min(len)
+    }
+
+    /// The numbers of an image that lie under the window at a place, first row first; places and
+    /// image are counted row after row.
+    pub(super) fn taps(
+        &self,
+        place: usize,
+        [rows, cols]: [usize; 2],
+    ) -> impl Iterator<Item = usize> + use<> {
+        let across = self.places(cols);
+        let xs = self.under(place % across, cols);
+        self.under(place / across, rows).flat_map(move |y| xs.clone().map(move |x| y * cols + x))
     }
 
     /// For each place along `len`, where the tap `k` lies; `None` outside the image.

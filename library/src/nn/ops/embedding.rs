@@ -1,6 +1,7 @@
 //! Vectors of symbols.
 
 use crate::nn::graph::{Graph, Shape, Var};
+use crate::nn::ops::rows::place;
 use crate::nn::params::ParamId;
 use crate::nn::real::{Real, wide};
 
@@ -15,7 +16,7 @@ impl<F: Real> Graph<F> {
     pub fn embedding(&self, index: Var, table: ParamId) -> Var {
         let n = self.shape(index).len();
         let width = self.params().shape(table)[1];
-        let row = move |i: F| i.to_usize().expect("an index is a whole number from 0 on") * width;
+        let row = move |i: F| place(i) * width;
         self.op(
             Shape::vectors(n, width),
             &[],

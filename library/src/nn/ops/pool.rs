@@ -16,15 +16,9 @@ impl<F: Real> Graph<F> {
         let (out_rows, out_cols) = (window.places(rows), window.places(cols));
         assert!(out_rows > 0 && out_cols > 0, "the window fits into the image");
         assert!(2 * window.padding <= window.kernel, "every window meets the image");
-        let range = move |place: usize, len: usize| {
-            let from = (place * window.stride).saturating_sub(window.padding);
-            let to = (place * window.stride + window.kernel).saturating_sub(window.padding);
-            from..to.min(len)
-        };
         // Where in its image the largest number lies, first row first.
         let largest = move |image: &[F], place: usize| {
-            let (ys, xs) = (range(place / out_cols, rows), range(place % out_cols, cols));
-            let mut taps = ys.flat_map(|y| xs.clone().map(move |x| y * cols + x));
+            let mut taps = window.taps(place, [rows, cols]);
             let first = taps.next().expect("every window meets the image");
             taps.fold(first, |best, i| if image[i] > image[best] { i } else { best })
         };
@@ -67,16 +61,7 @@ impl<F: Real> Graph<F> {
         assert!(out_rows > 0 && out_cols > 0, "the window fits into the image");
         let area = u32::try_from(window.kernel * window.kernel).expect("windows are small");
         let share = F::one() / F::of(f64::from(area));
-        let taps = move |place: usize| {
-            let start = move |place: usize| place * window.stride;
-            let (y, x) = (start(place / out_cols), start(place % out_cols));
-            let inside = move |at: usize, len: usize| {
-                at.saturating_sub(window.padding)
-                    ..(at + window.kernel).saturating_sub(window.padding).min(len)
-            };
-            let xs = inside(x, cols);
-            inside(y, rows).flat_map(move |y| xs.clone().map(move |x| y * cols + x))
-        };
+        let taps = move |place: usize| window.taps(place, [rows, cols]);
         self.op(
             Shape { n: shape.n, item: [channels, out_rows, out_cols] },
             &[x],

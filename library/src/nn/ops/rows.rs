@@ -236,6 +236,6 @@ fn log_sum_exp<F: Real>(xs: &[F]) -> F {
 }
 
 /// A number that counts places.
-fn place<F: Real>(x: F) -> usize {
+pub(super) fn place<F: Real>(x: F) -> usize {
     x.to_usize().expect("an index is a whole number from 0 on")
 }
