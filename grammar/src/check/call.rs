@@ -167,7 +167,7 @@ impl<'a> Checker<'a> {
                 None => sound = false,
             }
         }
-        if sound && self.go_together((at, decl, span), args, &descs, std::iter::empty()) {
+        if sound && self.go_together((at, decl, span), args, &descs, &[]).is_ok() {
             self.bounded(Desc::Part(decl.name.to_owned(), descs), Ty::Part(family.to_owned()), span)
         } else {
             Val::Poison

@@ -44,9 +44,8 @@ impl Checker<'_> {
     }
 
     /// Every place on some axes, last axis fastest.
-    pub(super) fn places(&self, axes: &BTreeSet<AxisId>) -> impl Iterator<Item = Place> {
-        let sizes = axes.iter().map(|axis| (*axis, self.spec.axis(*axis).coords.len()));
-        let sizes: Vec<(AxisId, usize)> = sizes.collect();
+    pub(super) fn places(&self, axes: &BTreeSet<AxisId>) -> impl Iterator<Item = Place> + use<> {
+        let sizes = self.sized(axes);
         let n: usize = sizes.iter().map(|(_, size)| size).product();
         (0..n).map(move |mut i| {
             let coordinate = |(axis, size): &(AxisId, usize)| {

@@ -335,7 +335,10 @@ impl<'a> Checker<'a> {
         }
         self.spec.exprs.push(expr);
         self.spans.push(span);
-        ExprId(u32::try_from(self.spec.exprs.len() - 1).expect("expressions are counted"))
+        let n = u32::try_from(self.spec.exprs.len()).expect("expressions are counted");
+        let id = ExprId(n - 1);
+        self.pass_shapes(id);
+        id
     }
 
     /// What a value is, for messages.

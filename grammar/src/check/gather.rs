@@ -265,6 +265,8 @@ impl<'a> Checker<'a> {
             return Val::Poison;
         };
         expr.collected.insert(axis);
-        Val::Artifact(self.push(expr, span))
+        let collected = self.push(expr, span);
+        self.shapes.same(collected, id);
+        Val::Artifact(collected)
     }
 }

@@ -29,6 +29,7 @@ mod record;
 mod rule;
 mod scope;
 mod select;
+mod shape;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -128,6 +129,7 @@ pub fn check(
         drawn: Vec::new(),
         published: BTreeMap::new(),
         labels: BTreeMap::new(),
+        shapes: shape::Table::default(),
         n_nodes: 0,
         n_values: 0,
         max_nodes: settings.max_nodes.unwrap_or(MAX_NODES),
@@ -215,6 +217,8 @@ struct Checker<'a> {
     published: BTreeMap<(usize, String), ivx_op::Published>,
     /// Labels along dimensions of values, where they are known.
     labels: BTreeMap<(ExprId, String), ivx_op::Labels>,
+    /// Shapes of values, where they are known.
+    shapes: shape::Table,
     /// Nodes so far, and the most there may be.
     n_nodes: usize,
     /// Values of expressions so far, selections too.

@@ -118,11 +118,9 @@ impl<'a> Checker<'a> {
             let names = Lit::List(names.into_iter().map(Lit::Text).collect());
             descs.insert(arg.name.to_owned(), Desc::Lit(names));
         }
-        let ids = |feed: &Fed<'_>| feed.exprs.iter().map(|(id, ..)| *id).collect();
-        let over = fed.iter().map(|feed| (feed.name.to_owned(), ids(feed)));
-        if !self.go_together((at, decl, span), args, &descs, over) {
+        let Ok(shapes) = self.go_together((at, decl, span), args, &descs, &ports) else {
             return Val::Poison;
-        }
+        };
         let dims = self.dims(out.dims, &fed, &taken);
         if !self.apart(&axes, &dims, span) {
             return Val::Poison;
@@ -137,6 +135,7 @@ impl<'a> Checker<'a> {
             kind: crate::ir::ExprKind::Op(op),
         };
         let id = self.push(expr, span);
+        self.shapes.note(id, shapes);
         if !matches!(out.dims, Dims::Fixed(_)) {
             self.inherit_labels(id, fed.iter().flat_map(|feed| &feed.exprs).map(|(id, ..)| *id));
         }

@@ -1,60 +1,137 @@
-//! Rules that declarations carry: whether the arguments of a call go together.
+//! Rules that declarations carry, and what they know of shapes: at every coordinate.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
-use ivx_op::{ArgDecl, Args, ByName, Decl, Facts};
+use ivx_op::{ArgDecl, Args, ByName, Decl, Facts, Shapes, Wrong};
 
 use super::Checker;
 use super::expr::At;
+use super::shape::Known;
 use crate::ast;
-use crate::ir::{AxisId, Desc, ExprId};
+use crate::ir::{AxisId, Desc, ExprId, ExprKind, Feed, Place};
 use crate::{Code, Diagnostic, Span};
 
 impl<'a> Checker<'a> {
-    /// Whether the arguments of a call go together at every coordinate; reports the first at which
-    /// they do not.
+    /// What is known of the shapes of a call's result. An error if its arguments do not go together
+    /// at some coordinate; the first is reported.
     ///
     /// - `descs`: its descriptions.
-    /// - `fed`: what each port takes.
+    /// - `ports`: what each port takes.
     pub(super) fn go_together(
         &mut self,
         (at, decl, span): (&At, &Decl, Span),
         args: &[(&'a ArgDecl, Option<&'a ast::Expr>)],
         descs: &ByName<Desc>,
-        fed: impl Iterator<Item = (String, Vec<ExprId>)>,
-    ) -> bool {
-        let Some(rule) = decl.rule else { return true };
-        let axes: BTreeSet<AxisId> = descs.values().flat_map(Desc::axes).collect();
-        if self.extent(&axes) > self.max_nodes {
-            // Refused where it is counted.
-            return true;
+        ports: &[(String, Vec<Feed>)],
+    ) -> Result<Option<Rc<Known>>, ()> {
+        if decl.rule.is_none() && decl.shapes.is_none() {
+            return Ok(None);
         }
-        let over = |id: ExprId| {
-            let expr = self.spec.expr(id);
+        let mut fed: Vec<(&str, Vec<Option<Rc<Known>>>)> = Vec::new();
+        for (port, feeds) in ports {
+            fed.push((port, feeds.iter().map(|feed| self.fed_shapes(feed)).collect()));
+        }
+        let mut axes: BTreeSet<AxisId> = descs.values().flat_map(Desc::axes).collect();
+        axes.extend(fed.iter().flat_map(|(_, all)| all).flatten().flat_map(|known| known.axes()));
+        let n = self.extent(&axes);
+        let each = axes.len() + descs.values().map(Desc::size).sum::<usize>();
+        if n > self.max_nodes || !self.shapes.room(n, 1 + each) {
+            // Refused where it is counted, or far too much.
+            return Ok(None);
+        }
+        let over = |feed: &Feed| {
+            let expr = self.spec.expr(feed.expr);
             self.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect()
         };
-        let over: BTreeMap<String, Vec<Vec<String>>> =
-            fed.map(|(port, ids)| (port, ids.into_iter().map(over).collect())).collect();
-        let wrong = self.places(&axes).find_map(|place| {
+        let over: BTreeMap<String, Vec<Vec<String>>> = ports
+            .iter()
+            .map(|(port, feeds)| (port.clone(), feeds.iter().map(over).collect()))
+            .collect();
+        let mut results = Vec::new();
+        for place in self.places(&axes) {
             let value = |desc: &Desc| desc.eval(&self.spec.axes, &place).ok();
-            let args = descs.iter().map(|(name, desc)| Some((name.clone(), value(desc)?)));
-            let args = args.collect::<Option<Args>>()?;
-            let wrong = rule(&Facts { args: &args, over: &over }).err()?;
-            Some((wrong, self.whereabouts(&place)))
-        });
-        let Some((wrong, place)) = wrong else { return true };
+            let own = descs.iter().map(|(name, desc)| Some((name.clone(), value(desc)?)));
+            let Some(own) = own.collect::<Option<Args>>() else {
+                results.push(None);
+                continue;
+            };
+            let shapes = fed.iter().map(|(port, all)| (*port, here(all, &place))).collect();
+            let facts = Facts { args: &own, over: &over, shapes: &shapes };
+            if let Some(Err(wrong)) = decl.rule.map(|rule| rule(&facts)) {
+                self.apart_at(&place, wrong, (at, span), args, ports);
+                return Err(());
+            }
+            let shapes = decl.shapes.and_then(|shapes| shapes(&facts));
+            results.push(shapes.map(|shapes| self.shapes.one(shapes)));
+        }
+        Ok(Known::new(self.sized(&axes), results))
+    }
+
+    /// A fault: arguments do not go together.
+    fn apart_at(
+        &mut self,
+        place: &Place,
+        wrong: Wrong,
+        (at, span): (&At, Span),
+        args: &[(&'a ArgDecl, Option<&'a ast::Expr>)],
+        ports: &[(String, Vec<Feed>)],
+    ) {
         let given = args.iter().find(|(arg, _)| arg.name == wrong.arg).and_then(|(_, expr)| *expr);
         let (span, label) = match given {
             Some(expr) => (expr.span, "does not go with the rest".to_owned()),
             None => (span, format!("`{}` is left to its default", wrong.arg)),
         };
-        let message = format!("{}{place}", wrong.message);
+        let message = format!("{}{}", wrong.message, self.whereabouts(place));
         let fault = Diagnostic::new(Code::Rule, span, message, label).help(wrong.help);
-        let origin = given.and_then(|expr| self.origin(at, expr));
+        let fed = ports.iter().find(|(port, _)| port == wrong.arg).map(|(_, feeds)| &feeds[..]);
+        let origin = match (given, fed) {
+            (_, Some([feed])) => {
+                let made = self.made_at(feed.expr, place);
+                (!within(made, span)).then(|| (made, "computed here".to_owned()))
+            }
+            (Some(expr), _) => {
+                self.origin(at, expr).map(|(at, by)| (at, format!("set here by {by}")))
+            }
+            (None, _) => None,
+        };
         self.fault(match origin {
-            Some((span, by)) => fault.also(span, format!("set here by {by}")),
+            Some((span, label)) => fault.also(span, label),
             None => fault,
         });
-        false
     }
+
+    /// Where the value that an expression has at a place is computed, as far as the place tells.
+    fn made_at(&self, mut id: ExprId, place: &Place) -> Span {
+        let mut place = place.clone();
+        loop {
+            let next = match &self.spec.expr(id).kind {
+                ExprKind::Number(_) | ExprKind::Op(_) => None,
+                ExprKind::Pick { base, axis, place: coordinate } => {
+                    place.insert(*axis, *coordinate);
+                    Some(*base)
+                }
+                ExprKind::Match { axis, arms } => place.get(axis).map(|i| arms[*i]),
+                ExprKind::Restrict { base, axis, restricted, places } => {
+                    place.extend(place.get(restricted).map(|i| (*axis, places[*i])));
+                    Some(*base)
+                }
+            };
+            match next {
+                Some(next) => id = next,
+                None => return self.spans[id.0 as usize],
+            }
+        }
+    }
+}
+
+/// The shapes at a place.
+fn here<'k>(all: &'k [Option<Rc<Known>>], place: &Place) -> Vec<Option<&'k Shapes>> {
+    let at = |known: &'k Option<Rc<Known>>| known.as_ref()?.at(place).map(Rc::as_ref);
+    all.iter().map(at).collect()
+}
+
+/// Whether one span lies in another.
+fn within(inner: Span, outer: Span) -> bool {
+    inner.file == outer.file && outer.start <= inner.start && inner.end <= outer.end
 }

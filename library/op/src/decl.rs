@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::{RangeFrom, RangeInclusive};
 
-use crate::{ExternalKind, Lit, Rule};
+use crate::{ExternalKind, Lit, Rule, ShapeRule};
 
 /// The type of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,6 +71,8 @@ pub struct Decl {
     pub args: Vec<ArgDecl>,
     /// What it asks of its arguments together.
     pub rule: Option<Rule>,
+    /// What it knows of the shapes of its result; for operations only.
+    pub shapes: Option<ShapeRule>,
 }
 
 /// What a declared thing is.

@@ -25,7 +25,8 @@
 /// ```
 ///
 /// Behind the braces, `rule name;` names a [`Rule`](crate::Rule): a function that says which arguments
-/// do not go together.
+/// do not go together. Behind that, `shapes name;` names a [`ShapeRule`](crate::ShapeRule) of an operation:
+/// a function that says which shapes its result has, for the rules of what takes it.
 ///
 /// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all pointwise
 /// arrays, `[reduce port]` without the named axes, `[reduce port to rank]`.
@@ -42,6 +43,7 @@ macro_rules! declare {
             )*
         }
         $(rule $rule:path;)?
+        $(shapes $shapes:path;)?
     ) => {
         $(#[doc = $doc])+
         #[derive(Debug)]
@@ -52,7 +54,8 @@ macro_rules! declare {
             const VERSION: u32 = $version;
             const DOCS: &'static str = concat!($($doc, "\n"),+);
             const STOCHASTIC: bool = $crate::declare!(@flag $($flag)?);
-            const RULE: Option<$crate::Rule> = $crate::declare!(@rule $($rule)?);
+            const RULE: Option<$crate::Rule> = $crate::declare!(@function $($rule)?);
+            const SHAPES: Option<$crate::ShapeRule> = $crate::declare!(@function $($shapes)?);
 
             fn args() -> Vec<$crate::ArgDecl> {
                 vec![$( $crate::ArgDecl {
@@ -80,8 +83,8 @@ macro_rules! declare {
             }
         )?
     };
-    (@rule) => { None };
-    (@rule $rule:path) => { Some($rule) };
+    (@function) => { None };
+    (@function $function:path) => { Some($function) };
     (@flag) => { false };
     (@flag stochastic) => { true };
     (@dims) => { $crate::Dims::Fixed(&[]) };

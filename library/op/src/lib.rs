@@ -37,5 +37,5 @@ pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
 pub use rendered::{Figure, Table};
 pub use rng::{Ctx, Progress};
-pub use rule::{Facts, Rule, Wrong};
+pub use rule::{Facts, Rule, ShapeRule, Shapes, Wrong};
 pub use verdict::{Finding, Outcome, Verdict};

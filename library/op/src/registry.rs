@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::{
     ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, Needs,
-    OutDecl, Part, Role, Rule, Ty,
+    OutDecl, Part, Role, Rule, ShapeRule, Ty,
 };
 
 /// Implemented by [`declare!`](crate::declare) only.
@@ -20,6 +20,8 @@ pub trait Declared: Sized + Send + Sync + 'static {
     const STOCHASTIC: bool;
     /// What it asks of its arguments together.
     const RULE: Option<Rule>;
+    /// What it knows of the shapes of its result.
+    const SHAPES: Option<ShapeRule>;
     /// Its arguments, in the order of positional use.
     fn args() -> Vec<ArgDecl>;
     /// Builds it from complete arguments.
@@ -232,6 +234,7 @@ fn decl<T: Declared>(role: Role) -> Decl {
         stochastic: T::STOCHASTIC,
         args: T::args(),
         rule: T::RULE,
+        shapes: T::SHAPES,
     }
 }
 

@@ -1,4 +1,5 @@
-//! Rules: what a declaration asks of the arguments of one call together.
+//! Rules and shapes: what a declaration asks of the arguments of one call together, and what it
+//! knows of the result before anything runs.
 
 use std::collections::BTreeMap;
 
@@ -9,6 +10,19 @@ use crate::{Args, Literal};
 /// It is asked before anything runs, and says what the operation or part would fail with.
 pub type Rule = fn(&Facts<'_>) -> Result<(), Wrong>;
 
+/// The shape of each array inside an artifact, or inside one observation of it, by name; a scalar is
+/// the empty list.
+///
+/// The names are the library's: images of ten classes are `"x": [1, 10, 10]` and `"y": [10]`, however
+/// many there are.
+pub type Shapes = BTreeMap<String, Vec<usize>>;
+
+/// What is known of the shapes of an operation's result before anything runs; none if nothing is.
+///
+/// It is asked once for each set of arguments that a [`Rule`] is asked for, and only if that
+/// finds nothing wrong.
+pub type ShapeRule = fn(&Facts<'_>) -> Option<Shapes>;
+
 /// What is known of one call before anything runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts<'a> {
@@ -16,13 +30,28 @@ pub struct Facts<'a> {
     pub args: &'a Args,
     /// The names of the axes and dimensions of each value that a port takes, by port.
     pub over: &'a BTreeMap<String, Vec<Vec<String>>>,
+    /// The shapes of each value that a port takes, by port: those that all have that one run
+    /// sees, and none where they differ or are not known.
+    pub shapes: &'a BTreeMap<&'a str, Vec<Option<&'a Shapes>>>,
 }
 
-impl Facts<'_> {
+impl<'a> Facts<'a> {
     /// The argument; none where it holds what is still to be computed.
     #[must_use]
     pub fn arg<T: Literal>(&self, name: &str) -> Option<T> {
         T::from_lit(self.args.get(name)?).ok()
+    }
+
+    /// The shapes of what a port takes; none where they are not known.
+    #[must_use]
+    pub fn shapes(&self, port: &str) -> Option<&'a Shapes> {
+        self.shapes_at(port, 0)
+    }
+
+    /// The shapes of one value of the list that a port takes; none where they are not known.
+    #[must_use]
+    pub fn shapes_at(&self, port: &str, i: usize) -> Option<&'a Shapes> {
+        self.shapes.get(port)?.get(i).copied().flatten()
     }
 }
 

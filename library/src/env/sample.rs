@@ -1,6 +1,6 @@
 //! Data drawn from a reward curve.
 
-use ivx_op::{Ctx, Op, OpError, Part, declare};
+use ivx_op::{Ctx, Facts, Op, OpError, Part, Shapes, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
@@ -23,6 +23,13 @@ declare! {
         /// Tells apart draws that must differ on one seed, such as training and test data.
         stream: String = "main";
     }
+    shapes pairs;
+}
+
+/// One input and one target, both numbers.
+#[expect(clippy::unnecessary_wraps, reason = "shapes may not be known")]
+fn pairs(_: &Facts<'_>) -> Option<Shapes> {
+    Some(Shapes::from(["x", "y"].map(|name| (name.to_owned(), Vec::new()))))
 }
 
 impl Op for Sample {
@@ -56,6 +63,10 @@ fn place(intervals: &[(f64, f64)], mut distance: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use ivx_op::{Args, Artifact as _, Data, read_tensors};
+
     use super::super::{Interval, Intervals, Sinusoids};
     use super::*;
     use crate::math::moments::{mean, std};
@@ -90,6 +101,19 @@ mod tests {
         let clean = data.x.iter().map(|&x| Sinusoids {}.mean(x));
         let noise: Vec<f64> = data.y.iter().zip(clean).map(|(y, r)| y - r).collect();
         assert!(mean(&noise).abs() < 0.003 && (std(&noise) - 0.1).abs() < 0.003);
+    }
+
+    #[test]
+    fn shapes_are_those_of_one_pair() {
+        let data = sample(3).run(&CTX).unwrap().encode();
+        let (tensors, _) = read_tensors(&data).unwrap();
+        let of_one = tensors.arrays.into_iter().map(|(name, data)| match data {
+            Data::F64(shape, _) if shape[0] == 3 => (name, shape[1..].to_vec()),
+            data => panic!("not three numbers: {data:?}"),
+        });
+        let args = Args::new();
+        let facts = Facts { args: &args, over: &BTreeMap::new(), shapes: &BTreeMap::new() };
+        assert_eq!(pairs(&facts), Some(of_one.collect()));
     }
 
     #[test]
