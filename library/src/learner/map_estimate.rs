@@ -38,8 +38,8 @@ impl Learner for MapEstimate {
         }
         #[expect(clippy::cast_precision_loss, reason = "data count far below 2^53")]
         let n = data.x.len() as f64;
-        let strength = (self.noise / self.prior.std()).powi(2) / n;
-        let pull = Pull { strength, centre: self.prior.mean() };
+        let l2 = (self.noise / self.prior.std()).powi(2) / n;
+        let pull = Pull { l2, centre: self.prior.mean(), ..Pull::NONE };
         let initial = self.net.init(&mut ctx.rng("init", &[]));
         let net = fit(initial, data, &*self.optimiser, pull, steps, ctx);
         if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
