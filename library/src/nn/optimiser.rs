@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use ivx_op::{Part, Parts, declare, family};
 
+use super::clip::{ClipNorm, ClipValue};
 use super::optim::{self, Moments, Pull};
 use super::params::Params;
 use super::schedule::Schedule;
@@ -23,6 +24,8 @@ pub struct Step {
 /// A rule of gradient descent.
 pub trait Optimiser: Debug + Send + Sync {
     /// Updates every array of parameters that has a gradient, which is scratch afterwards.
+    ///
+    /// `moments` are those of the same places.
     fn step(&self, step: &Step, params: &mut Params<f32>, moments: &mut [Moments<f32>]);
 }
 
@@ -145,6 +148,8 @@ pub(crate) fn optimisers() -> &'static Parts<dyn Optimiser> {
             .with(|x: Adam| Box::new(x))
             .with(|x: Sgd| Box::new(x))
             .with(|x: RmsProp| Box::new(x))
+            .with(|x: ClipNorm| Box::new(x))
+            .with(|x: ClipValue| Box::new(x))
     });
     &TABLE
 }
