@@ -95,8 +95,8 @@ fn trained(
         graph.begin();
         let loss = loss(&graph);
         graph.backward(loss);
-        let pulls = [Pull { strength: weight_decay, centre: 0.0 }, Pull::default()];
-        let rule = optim::Adam { lr, beta1: 0.9, beta2: 0.999, eps: 1e-8, pulls };
+        let pull = Pull::NONE;
+        let rule = optim::Adam { lr, beta1: 0.9, beta2: 0.999, eps: 1e-8, weight_decay, pull };
         for (params, grads, moments) in graph.params().updates(&mut moments) {
             optim::adam(&rule, t, params, grads, moments);
         }

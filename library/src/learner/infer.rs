@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, Parts, declare, family};
 
 use super::linear::regression;
+use super::prior::prior_is_normal;
 use super::{Features, Prior};
 use crate::artifact::{Dataset, Posterior};
 use crate::env::{Points, curve};
@@ -39,11 +40,12 @@ declare! {
         /// Standard deviation of the noise.
         noise: f64 = 0.1, in f64::MIN_POSITIVE..;
     }
+    rule prior_is_normal;
 }
 
 impl Inference for LinearBayes {
     fn infer(&self, data: &Dataset) -> Result<Posterior, OpError> {
-        let regression = regression(data, self.features.degree(), self.prior.as_ref(), self.noise);
+        let regression = regression(data, self.features.degree(), self.prior.as_ref(), self.noise)?;
         let belief = linear_gaussian::posterior(&regression);
         Ok(Posterior {
             mean: belief.mean.as_slice().to_vec(),

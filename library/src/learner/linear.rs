@@ -3,6 +3,7 @@
 use ivx_op::{Ctx, OpError, Part, declare};
 use nalgebra::DVector;
 
+use super::prior::{NOT_NORMAL, prior_is_normal};
 use super::{Features, Learner, Prior};
 use crate::artifact::{Dataset, Model};
 use crate::math::linear_gaussian::{Regression, least_squares, posterior, powers};
@@ -28,6 +29,7 @@ declare! {
         /// Standard deviation of the noise.
         noise: f64 = 0.1, in f64::MIN_POSITIVE..;
     }
+    rule prior_is_normal;
 }
 
 impl Learner for LinearMle {
@@ -45,31 +47,35 @@ impl Learner for LinearMle {
 
 impl Learner for LinearMap {
     fn train(&self, data: &Dataset, _: u64, _: &Ctx) -> Result<Model, OpError> {
-        let regression = regression(data, self.features.degree(), self.prior.as_ref(), self.noise);
+        let regression = regression(data, self.features.degree(), self.prior.as_ref(), self.noise)?;
         Ok(Model::Polynomial(posterior(&regression).mean.as_slice().to_vec()))
     }
 }
 
 /// The regression problem that data, features, prior and noise pose.
-#[must_use]
+///
+/// # Errors
+/// If the prior is not normal.
 pub(crate) fn regression(
     data: &Dataset,
     degree: usize,
     prior: &dyn Prior,
     noise: f64,
-) -> Regression {
-    Regression {
+) -> Result<Regression, OpError> {
+    let normal = prior.normal().ok_or_else(|| OpError::Failed(NOT_NORMAL.to_owned()));
+    let (prior_mean, prior_std) = normal?;
+    Ok(Regression {
         design: powers(&data.x, degree),
         targets: DVector::from_column_slice(&data.y),
         noise,
-        prior_mean: prior.mean(),
-        prior_std: prior.std(),
-    }
+        prior_mean,
+        prior_std,
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Normal, Polynomial};
+    use super::super::{Laplace, Normal, Polynomial};
     use super::*;
     use crate::env::{Interval, Reward as _, Sample, Sinusoids};
     use crate::math::moments::mean;
@@ -106,6 +112,14 @@ mod tests {
         let none = Dataset::default();
         assert!(mle(2).train(&none, 0, &CTX).is_err());
         assert_eq!(map(2).train(&none, 0, &CTX).unwrap().predict(&[0.5]), [0.0]);
+    }
+
+    #[test]
+    fn another_prior_than_a_normal_one_is_refused() {
+        let prior = Box::new(Laplace { mean: 0.0, scale: 1.0 });
+        let learner = LinearMap { prior, ..map(1) };
+        let refused = learner.train(&Dataset::default(), 0, &CTX).unwrap_err();
+        assert_eq!(refused.to_string(), NOT_NORMAL);
     }
 
     #[test]

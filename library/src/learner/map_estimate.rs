@@ -4,7 +4,6 @@ use ivx_op::{Ctx, OpError, Part, declare};
 
 use super::{Learner, Prior};
 use crate::artifact::{Dataset, Model, NetModel};
-use crate::nn::optim::Pull;
 use crate::nn::{Net, Optimiser, fit};
 
 /// What an action and its reward take in a dataset.
@@ -14,7 +13,8 @@ declare! {
     /// The maximum a posteriori estimate of a network's parameters, by full-batch descent.
     ///
     /// It lowers the negative log-posterior (Eqn. 2.16d), up to the factor `noise²/N`:
-    /// `J(θ) = 1/(2N) Σ_i (r_i - f(a_i; θ))² + noise²/(2 N s²) ‖θ - m‖²` under the prior `N(m, s²)`.
+    /// `J(θ) = 1/(2N) Σ_i (r_i - f(a_i; θ))² + noise²/(2 N s²) ‖θ - m‖²` under the prior `N(m, s²)`,
+    /// and with `noise²/(N s) ‖θ - m‖_1` for a second term under `laplace(m, s)`.
     /// With `adamw` the second term pulls beside the step, decoupled as weight decay is;
     /// with every other optimiser it is part of the gradient. After 0 steps the model is the
     /// initial one.
@@ -38,8 +38,7 @@ impl Learner for MapEstimate {
         }
         #[expect(clippy::cast_precision_loss, reason = "data count far below 2^53")]
         let n = data.x.len() as f64;
-        let strength = (self.noise / self.prior.std()).powi(2) / n;
-        let pull = Pull { strength, centre: self.prior.mean() };
+        let pull = self.prior.pull(self.noise, n);
         let initial = self.net.init(&mut ctx.rng("init", &[]));
         let net = fit(initial, data, &*self.optimiser, pull, steps, ctx);
         if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
@@ -129,6 +128,31 @@ mod tests {
             let squares: f64 = data.x.iter().map(|x| x * x).sum();
             let (w, b) = (2.0 * squares / (squares + 4.0), 25.0 / 29.0);
             assert!((f[0] - b).abs() < 1e-4 && (f[1] - b - w).abs() < 1e-4, "{optimiser}: {f:?}");
+        }
+    }
+
+    #[test]
+    fn a_laplacian_prior_thresholds_a_line() {
+        // As above, but each coefficient is c / s for S(c) = sign(c) max(|c| − λ, 0), with
+        // λ = noise²/(N scale) = 0.2: c = Σxy/N and s = Σx²/N for w, Σy/N and 1 for b.
+        let data = |slope: f64| {
+            let data = data(|x| x);
+            Dataset { y: data.x.iter().map(|x| slope * x + 1.0).collect(), ..data }
+        };
+        let squares = data(0.0).x.iter().map(|x| x * x).sum::<f64>() / 25.0;
+        for (optimiser, lr) in [("sgd", 0.5), ("adam", 0.05), ("rmsprop", 0.01)] {
+            for slope in [2.0_f64, 0.3] {
+                let rate = Part::new("linear").with("from", lr).with("to", 0.0);
+                let part = learner(&[], 0.1)
+                    .with("optimiser", Part::new(optimiser).with("lr", rate))
+                    .with("prior", Part::new("laplace").with("scale", 0.2))
+                    .with("noise", 1.0);
+                let f = train(&part, &data(slope), 4000).unwrap().predict(&[0.0, 1.0]);
+                let w = (slope - 0.2 / squares).max(0.0);
+                assert!(slope > 1.0 || w == 0.0);
+                let off = (f[0] - 0.8).abs().max((f[1] - f[0] - w).abs());
+                assert!(off < 1e-3, "{optimiser}: {f:?} and {w}");
+            }
         }
     }
 

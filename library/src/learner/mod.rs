@@ -24,7 +24,7 @@ pub use infer::{
 pub use linear::{LinearMap, LinearMle};
 pub use map_estimate::MapEstimate;
 pub use predict::Predict;
-pub use prior::{Normal, Prior};
+pub use prior::{Laplace, Normal, Prior};
 pub use train::Train;
 
 /// Learns a model from data.

@@ -3,21 +3,29 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_op::{Parts, declare, family};
+use ivx_op::{Facts, Parts, Wrong, declare, family};
+
+use crate::nn::optim::Pull;
 
 /// A belief about every parameter, independently.
 pub trait Prior: Debug + Send + Sync {
-    /// The mean.
-    fn mean(&self) -> f64;
-    /// The standard deviation; positive.
-    fn std(&self) -> f64;
+    /// The gradient of `noise²/n` times the negative log density, by every parameter.
+    fn pull(&self, noise: f64, n: f64) -> Pull;
+
+    /// Mean and standard deviation of a normal belief, of which alone there are closed forms.
+    fn normal(&self) -> Option<(f64, f64)> {
+        None
+    }
 }
 
 family!(dyn Prior, "Prior", table);
 
 pub(super) fn table() -> &'static Parts<dyn Prior> {
-    static TABLE: LazyLock<Parts<dyn Prior>> =
-        LazyLock::new(|| Parts::<dyn Prior>::new().with(|part: Normal| Box::new(part)));
+    static TABLE: LazyLock<Parts<dyn Prior>> = LazyLock::new(|| {
+        Parts::<dyn Prior>::new()
+            .with(|part: Normal| Box::new(part))
+            .with(|part: Laplace| Box::new(part))
+    });
     &TABLE
 }
 
@@ -31,11 +39,67 @@ declare! {
     }
 }
 
-impl Prior for Normal {
-    fn mean(&self) -> f64 {
-        self.mean
+declare! {
+    /// Independent Laplacian parameters, with the density `e^{-|θ - mean| / scale} / (2 scale)`.
+    ///
+    /// The most probable parameters are those under an L1 penalty: what the data say little about
+    /// is at the mean.
+    pub struct Laplace = "laplace" @ 1 {
+        /// The mean.
+        mean: f64 = 0.0;
+        /// The mean distance from it.
+        scale: f64 = 1.0, in f64::MIN_POSITIVE..;
     }
-    fn std(&self) -> f64 {
-        self.std
+}
+
+impl Prior for Normal {
+    fn pull(&self, noise: f64, n: f64) -> Pull {
+        Pull { l2: (noise / self.std).powi(2) / n, l1: 0.0, centre: self.mean }
+    }
+
+    fn normal(&self) -> Option<(f64, f64)> {
+        Some((self.mean, self.std))
+    }
+}
+
+impl Prior for Laplace {
+    fn pull(&self, noise: f64, n: f64) -> Pull {
+        Pull { l2: 0.0, l1: noise * noise / (n * self.scale), centre: self.mean }
+    }
+}
+
+/// The rule of closed forms: their `prior` is normal.
+pub(super) fn prior_is_normal(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match facts.arg::<Box<dyn Prior>>("prior") {
+        Some(prior) if prior.normal().is_none() => {
+            let help = "say `prior: normal(..)`, or train by `map_estimate`".to_owned();
+            Err(Wrong { arg: "prior", message: NOT_NORMAL.to_owned(), help })
+        }
+        _ => Ok(()),
+    }
+}
+
+pub(super) const NOT_NORMAL: &str = "only a normal prior has a closed form";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The pull at `theta` against central differences of the density.
+    #[test]
+    fn pulls_are_gradients_of_densities() {
+        let normal = |x: f64| 0.5 * ((x - 1.0) / 0.5).powi(2);
+        let laplace = |x: f64| (x - 1.0).abs() / 0.5;
+        let (noise, n, h) = (3.0, 4.0, 1e-6);
+        let check = |prior: &dyn Prior, negative_log: &dyn Fn(f64) -> f64| {
+            for theta in [-2.0, 0.9, 3.0] {
+                let mut pulled = [0.0_f64];
+                crate::nn::optim::add_pull(prior.pull(noise, n), &[theta], &mut pulled);
+                let slope = (negative_log(theta + h) - negative_log(theta - h)) / (2.0 * h);
+                assert!((pulled[0] - noise * noise / n * slope).abs() < 1e-6, "{prior:?}");
+            }
+        };
+        check(&Normal { mean: 1.0, std: 0.5 }, &normal);
+        check(&Laplace { mean: 1.0, scale: 0.5 }, &laplace);
     }
 }

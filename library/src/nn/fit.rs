@@ -42,9 +42,7 @@ pub fn fit(
         ctx.checkpoint(|| keep(t, &graph.params(), &moments));
         backward(&graph, &layers, &x, &y);
         let step = Step { t, total: steps, pull };
-        for (params, grads, moments) in graph.params().updates(&mut moments) {
-            optimiser.update(&step, params, grads, moments);
-        }
+        optimiser.step(&step, &mut graph.params(), &mut moments);
     }
     for param in graph.params().arrays() {
         array_mut(&mut net, &param.name).clone_from(&param.value);
@@ -326,7 +324,7 @@ mod tests {
             Part::new("adamw").with("lr", Part::new("linear").with("from", 0.1).with("to", 0.0));
         let optimiser = optimisers().build(&registry().complete(&part)).unwrap();
         let ctx = Ctx::new("train", 0, None);
-        let fit = |ctx: &Ctx| fit(net.clone(), &data, &*optimiser, Pull::default(), 20, ctx);
+        let fit = |ctx: &Ctx| fit(net.clone(), &data, &*optimiser, Pull::NONE, 20, ctx);
         let whole = fit(&ctx);
         let progress = BreakOff::default();
         let broken = catch_unwind(AssertUnwindSafe(|| fit(&ctx.keeping(&progress))));
@@ -337,9 +335,9 @@ mod tests {
         assert_eq!(progress.0.lock().unwrap().1, 8 + 13);
 
         let other = self::net("tanh", &[5]);
-        let fresh = super::fit(other.clone(), &data, &*optimiser, Pull::default(), 20, &ctx);
+        let fresh = super::fit(other.clone(), &data, &*optimiser, Pull::NONE, 20, &ctx);
         let foreign =
-            super::fit(other, &data, &*optimiser, Pull::default(), 20, &ctx.keeping(&progress));
+            super::fit(other, &data, &*optimiser, Pull::NONE, 20, &ctx.keeping(&progress));
         assert_eq!(foreign, fresh, "the state of another network is left alone");
     }
 

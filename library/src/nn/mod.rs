@@ -6,6 +6,7 @@
 )]
 
 mod activation;
+mod clip;
 mod curve;
 mod fit;
 mod graph;
@@ -19,6 +20,7 @@ mod real;
 mod schedule;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh};
+pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
 pub use fit::{fit, predict};
 pub use graph::{Graph, Shape, Var};
@@ -27,7 +29,7 @@ pub use ops::{BatchNorm, Cell, Proximal, Proximity, Steps, Window};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};
 pub use real::Real;
-pub use schedule::{Constant, Linear, Schedule};
+pub use schedule::{Constant, Cosine, Linear, Schedule, WarmUp};
 
 use ivx_op::Registry;
 

@@ -2,7 +2,7 @@
 
 use num_traits::Float;
 
-use super::real::wide;
+use super::real::{Real, wide};
 
 /// Running averages of one array's gradients; which of them a rule uses is its own affair.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,13 +21,21 @@ impl<F: Float> Moments<F> {
     }
 }
 
-/// A force towards one value, the gradient of `strength/2 ‖θ - centre‖²`.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+/// A force towards one value, the gradient of `l2/2 ‖θ - centre‖² + l1 ‖θ - centre‖_1`, whose
+/// second term has the slope 0 at its kink.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pull {
-    /// How strong; 0 for none.
-    pub strength: f64,
+    /// How strong it is for each unit of distance; 0 for none.
+    pub l2: f64,
+    /// How strong it is at any distance; 0 for none.
+    pub l1: f64,
     /// Whither.
     pub centre: f64,
+}
+
+impl Pull {
+    /// Nowhither.
+    pub const NONE: Self = Self { l2: 0.0, l1: 0.0, centre: 0.0 };
 }
 
 /// The settings of one Adam step.
@@ -41,8 +49,10 @@ pub struct Adam {
     pub beta2: f64,
     /// Added to the root, outside it.
     pub eps: f64,
-    /// Decoupled pulls (Loshchilov and Hutter, 2017), added up.
-    pub pulls: [Pull; 2],
+    /// A decoupled pull of every parameter towards 0 (Loshchilov and Hutter, 2017).
+    pub weight_decay: f64,
+    /// Another one.
+    pub pull: Pull,
 }
 
 /// One step of Adam with bias correction; `t` counts from 0.
@@ -50,7 +60,8 @@ pub struct Adam {
 /// ```text
 /// m ← β_1 m + (1 - β_1) g
 /// v ← β_2 v + (1 - β_2) g²
-/// θ ← θ - η strength (θ - centre) - η m̂ / (√v̂ + ε),  m̂ = m / (1 - β_1^{t+1}),  v̂ = v / (1 - β_2^{t+1})
+/// m̂ = m / (1 - β_1^{t+1}),  v̂ = v / (1 - β_2^{t+1})
+/// θ ← θ - η (weight_decay θ + l2 (θ - centre) + l1 sign(θ - centre) + m̂ / (√v̂ + ε))
 /// ```
 pub fn adam<F: Float>(
     rule: &Adam,
@@ -64,9 +75,11 @@ pub fn adam<F: Float>(
     let root = real::<F>(1.0 / (1.0 - rule.beta2.powi(n)).sqrt());
     let [keep1, keep2, eps] = [rule.beta1, rule.beta2, rule.eps].map(real::<F>);
     let [new1, new2] = [1.0 - rule.beta1, 1.0 - rule.beta2].map(real::<F>);
-    // The pulls as one line: η Σ strength (θ - centre) = decay θ - shift.
-    let decay = real::<F>(rule.lr * rule.pulls.iter().map(|p| p.strength).sum::<f64>());
-    let shift = real::<F>(rule.lr * rule.pulls.iter().map(|p| p.strength * p.centre).sum::<f64>());
+    // Both pulls as one line: η (weight_decay θ + l2 (θ - centre)) = decay θ - shift.
+    let Pull { l2, l1, centre } = rule.pull;
+    let decay = real::<F>(rule.lr * (l2 + rule.weight_decay));
+    let shift = real::<F>(rule.lr * (l2 * centre));
+    let (kink, centre) = (real::<F>(rule.lr * l1), real::<F>(centre));
     let moments = moments.first.iter_mut().zip(&mut moments.second);
     wide(
         #[inline(always)]
@@ -74,7 +87,11 @@ pub fn adam<F: Float>(
             for ((p, &g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
                 *m = keep1 * *m + new1 * g;
                 *v = keep2 * *v + new2 * g * g;
-                *p = *p - (decay * *p - shift + rate * *m / (v.sqrt() * root + eps));
+                let mut pull = decay * *p - shift;
+                if l1 != 0.0 {
+                    pull = pull + kink * sign(*p - centre);
+                }
+                *p = *p - (pull + rate * *m / (v.sqrt() * root + eps));
             }
         },
     );
@@ -123,23 +140,49 @@ pub fn rmsprop<F: Float>(rule: &RmsProp, params: &mut [F], grads: &[F], moments:
     }
 }
 
-/// The norm of all gradients together, which are scaled down to `max_norm` if it is above.
-pub fn clip_global_norm<F: Float>(grads: &mut [&mut [F]], max_norm: f64) -> F {
-    let norm = global_norm(grads);
-    let max_norm = real::<F>(max_norm);
-    if norm > max_norm {
-        grads
-            .iter_mut()
-            .flat_map(|array| array.iter_mut())
-            .for_each(|g| *g = *g * (max_norm / norm));
+/// The Euclidean norm of all gradients together, in double precision.
+#[must_use]
+pub fn global_norm<'a, F: Real>(grads: impl IntoIterator<Item = &'a [F]>) -> f64 {
+    const LANES: usize = 16;
+    let mut sums = [0.0; LANES];
+    for array in grads {
+        wide(
+            #[inline(always)]
+            || {
+                let (chunks, rest) = array.as_chunks::<LANES>();
+                for chunk in chunks {
+                    sums.iter_mut().zip(chunk).for_each(|(sum, g)| *sum += g.double() * g.double());
+                }
+                sums.iter_mut().zip(rest).for_each(|(sum, g)| *sum += g.double() * g.double());
+            },
+        );
     }
-    norm
+    sums.iter().sum::<f64>().sqrt()
 }
 
-/// The Euclidean norm of all gradients together.
-#[must_use]
-pub fn global_norm<F: Float>(grads: &[&mut [F]]) -> F {
-    grads.iter().flat_map(|array| array.iter()).fold(F::zero(), |sum, &g| sum + g * g).sqrt()
+/// Scales all gradients, whose norm is given, down to `max_norm` if they are above.
+pub fn clip_global_norm<'a, F: Real>(
+    grads: impl IntoIterator<Item = &'a mut [F]>,
+    norm: f64,
+    max_norm: f64,
+) {
+    if norm > max_norm {
+        let scale = F::of(max_norm / norm);
+        grads.into_iter().flatten().for_each(|g| *g *= scale);
+    }
+}
+
+/// Brings every number of the gradients within `±limit`.
+pub fn clip_value<'a, F: Real>(grads: impl IntoIterator<Item = &'a mut [F]>, limit: f64) {
+    let limit = F::of(limit);
+    // A number that is none stays so, for a training that diverges to be seen.
+    grads.into_iter().flatten().for_each(|g| {
+        if *g > limit {
+            *g = limit;
+        } else if *g < -limit {
+            *g = -limit;
+        }
+    });
 }
 
 /// Moves the target network's parameters a little (Polyak): `θ⁻ ← (1 - τ) θ⁻ + τ θ`.
@@ -150,8 +193,19 @@ pub fn target_update<F: Float>(target: &mut [F], online: &[F], tau: f64) {
 
 /// Adds a pull to the gradients, for rules that do not decouple it.
 pub fn add_pull<F: Float>(pull: Pull, params: &[F], grads: &mut [F]) {
-    let (strength, centre) = (real::<F>(pull.strength), real::<F>(pull.centre));
-    grads.iter_mut().zip(params).for_each(|(g, &p)| *g = *g + strength * (p - centre));
+    let [l2, l1, centre] = [pull.l2, pull.l1, pull.centre].map(real::<F>);
+    for (g, &p) in grads.iter_mut().zip(params) {
+        *g = *g + l2 * (p - centre);
+        if pull.l1 != 0.0 {
+            *g = *g + l1 * sign(p - centre);
+        }
+    }
+}
+
+/// The slope of `|x|`; 0 at its kink.
+#[inline(always)]
+fn sign<F: Float>(x: F) -> F {
+    if x == F::zero() { x } else { x.signum() }
 }
 
 fn real<F: Float>(x: f64) -> F {
@@ -162,13 +216,8 @@ fn real<F: Float>(x: f64) -> F {
 mod tests {
     use super::*;
 
-    const PLAIN: Adam = Adam {
-        lr: 0.1,
-        beta1: 0.9,
-        beta2: 0.999,
-        eps: 0.0,
-        pulls: [Pull { strength: 0.0, centre: 0.0 }; 2],
-    };
+    const PLAIN: Adam =
+        Adam { lr: 0.1, beta1: 0.9, beta2: 0.999, eps: 0.0, weight_decay: 0.0, pull: Pull::NONE };
 
     #[test]
     fn the_first_step_of_adam_has_the_length_of_the_rate() {
@@ -180,16 +229,30 @@ mod tests {
 
     #[test]
     fn a_pull_without_gradient_closes_its_share_of_the_distance() {
-        // η strength = 0.05; (3 − 1) · 0.95 = 1.9 remains to 1. And weight decay takes 0.02 · 3.
-        let pulls = [Pull { strength: 0.5, centre: 1.0 }, Pull { strength: 0.2, centre: 0.0 }];
-        let rule = Adam { eps: 1e-8, pulls, ..PLAIN };
+        // η l2 = 0.05; (3 − 1) · 0.95 = 1.9 remains to 1. And weight decay takes 0.02 · 3.
+        let pull = Pull { l2: 0.5, centre: 1.0, ..Pull::NONE };
+        let rule = Adam { eps: 1e-8, weight_decay: 0.2, pull, ..PLAIN };
         let mut params = [3.0_f64];
         adam(&rule, 0, &mut params, &[0.0], &mut Moments::zeros(1));
         assert!((params[0] - (2.9 - 0.06)).abs() < 1e-12);
 
         let mut grads = [1.0_f64];
-        add_pull(pulls[0], &[3.0], &mut grads);
+        add_pull(pull, &[3.0], &mut grads);
         assert_eq!(grads, [2.0]);
+    }
+
+    #[test]
+    fn an_l1_pull_is_as_strong_at_any_distance_and_none_at_its_kink() {
+        let pull = Pull { l1: 0.5, centre: 1.0, ..Pull::NONE };
+        let mut grads = [0.0_f64; 4];
+        add_pull(pull, &[9.0, 1.5, 1.0, -7.0], &mut grads);
+        assert_eq!(grads, [0.5, 0.5, 0.0, -0.5]);
+
+        // η l1 = 0.05.
+        let mut params = [9.0_f64, 1.0, -7.0];
+        let rule = Adam { eps: 1e-8, pull, ..PLAIN };
+        adam(&rule, 0, &mut params, &[0.0; 3], &mut Moments::zeros(3));
+        assert_eq!(params, [8.95, 1.0, -6.95]);
     }
 
     #[test]
@@ -214,11 +277,31 @@ mod tests {
 
     #[test]
     fn clipping_keeps_the_direction_and_short_gradients() {
-        let (mut a, mut b) = ([3.0_f64], [4.0]);
-        assert_eq!(clip_global_norm(&mut [&mut a, &mut b], 1.0), 5.0);
-        assert!((a[0] - 0.6).abs() < 1e-12 && (b[0] - 0.8).abs() < 1e-12);
-        assert!((clip_global_norm(&mut [&mut a, &mut b], 2.0) - 1.0).abs() < 1e-12);
-        assert!((b[0] - 0.8).abs() < 1e-12);
+        let (mut a, mut b) = ([3.0_f64], [0.0, 4.0]);
+        let norm = global_norm([&a[..], &b]);
+        assert_eq!(norm, 5.0);
+        clip_global_norm([&mut a[..], &mut b], norm, 1.0);
+        assert!((a[0] - 0.6).abs() < 1e-12 && (b[1] - 0.8).abs() < 1e-12);
+        let (norm, before) = (global_norm([&a[..], &b]), b);
+        clip_global_norm([&mut a[..], &mut b], norm, 2.0);
+        assert_eq!(b, before);
+    }
+
+    /// In single precision a running sum of a million squares of 0.1 is off by a thousandth.
+    #[test]
+    fn the_norm_of_many_gradients_is_exact() {
+        let grads = vec![0.1_f32; 1_000_003];
+        let exact = f64::from(0.1_f32) * 1_000_003_f64.sqrt();
+        assert!((global_norm([&grads[..400_000], &grads[400_000..]]) / exact - 1.0).abs() < 1e-12);
+        assert_eq!(global_norm::<f32>([]), 0.0);
+    }
+
+    #[test]
+    fn clipping_by_value_brings_each_number_within_the_limit() {
+        let (mut a, mut b) = ([3.0_f64, 0.5], [-4.0, f64::NAN]);
+        clip_value([&mut a[..], &mut b], 1.0);
+        assert_eq!((a, b[0]), ([1.0, 0.5], -1.0));
+        assert!(b[1].is_nan());
     }
 
     #[test]

@@ -5,7 +5,9 @@ use std::sync::LazyLock;
 
 use ivx_op::{Part, Parts, declare, family};
 
+use super::clip::{ClipNorm, ClipValue};
 use super::optim::{self, Moments, Pull};
+use super::params::Params;
 use super::schedule::Schedule;
 
 /// Where in training an update takes place, and what it obeys besides the gradient.
@@ -21,14 +23,10 @@ pub struct Step {
 
 /// A rule of gradient descent.
 pub trait Optimiser: Debug + Send + Sync {
-    /// Updates one array of parameters; the gradients are scratch afterwards.
-    fn update(
-        &self,
-        step: &Step,
-        params: &mut [f32],
-        grads: &mut [f32],
-        moments: &mut Moments<f32>,
-    );
+    /// Updates every array of parameters that has a gradient, which is scratch afterwards.
+    ///
+    /// `moments` are those of the same places.
+    fn step(&self, step: &Step, params: &mut Params<f32>, moments: &mut [Moments<f32>]);
 }
 
 declare! {
@@ -89,62 +87,56 @@ declare! {
 }
 
 impl Optimiser for AdamW {
-    fn update(
-        &self,
-        step: &Step,
-        params: &mut [f32],
-        grads: &mut [f32],
-        moments: &mut Moments<f32>,
-    ) {
-        let lr = self.lr.at(step.t, step.total);
-        let pulls = [step.pull, Pull { strength: self.weight_decay, centre: 0.0 }];
-        let rule = optim::Adam { lr, beta1: self.beta1, beta2: self.beta2, eps: self.eps, pulls };
-        optim::adam(&rule, step.t, params, grads, moments);
+    fn step(&self, step: &Step, params: &mut Params<f32>, moments: &mut [Moments<f32>]) {
+        let rule = optim::Adam {
+            lr: self.lr.at(step.t, step.total),
+            beta1: self.beta1,
+            beta2: self.beta2,
+            eps: self.eps,
+            weight_decay: self.weight_decay,
+            pull: step.pull,
+        };
+        for (params, grads, moments) in params.updates(moments) {
+            optim::adam(&rule, step.t, params, grads, moments);
+        }
     }
 }
 
 impl Optimiser for Adam {
-    fn update(
-        &self,
-        step: &Step,
-        params: &mut [f32],
-        grads: &mut [f32],
-        moments: &mut Moments<f32>,
-    ) {
-        optim::add_pull(step.pull, params, grads);
-        let lr = self.lr.at(step.t, step.total);
-        let pulls = [Pull::default(); 2];
-        let rule = optim::Adam { lr, beta1: self.beta1, beta2: self.beta2, eps: self.eps, pulls };
-        optim::adam(&rule, step.t, params, grads, moments);
+    fn step(&self, step: &Step, params: &mut Params<f32>, moments: &mut [Moments<f32>]) {
+        let rule = optim::Adam {
+            lr: self.lr.at(step.t, step.total),
+            beta1: self.beta1,
+            beta2: self.beta2,
+            eps: self.eps,
+            weight_decay: 0.0,
+            pull: Pull::NONE,
+        };
+        for (params, grads, moments) in params.updates(moments) {
+            optim::add_pull(step.pull, params, grads);
+            optim::adam(&rule, step.t, params, grads, moments);
+        }
     }
 }
 
 impl Optimiser for Sgd {
-    fn update(
-        &self,
-        step: &Step,
-        params: &mut [f32],
-        grads: &mut [f32],
-        moments: &mut Moments<f32>,
-    ) {
-        optim::add_pull(step.pull, params, grads);
+    fn step(&self, step: &Step, params: &mut Params<f32>, moments: &mut [Moments<f32>]) {
         let lr = self.lr.at(step.t, step.total);
-        optim::sgd(lr, self.momentum, params, grads, &mut moments.first);
+        for (params, grads, moments) in params.updates(moments) {
+            optim::add_pull(step.pull, params, grads);
+            optim::sgd(lr, self.momentum, params, grads, &mut moments.first);
+        }
     }
 }
 
 impl Optimiser for RmsProp {
-    fn update(
-        &self,
-        step: &Step,
-        params: &mut [f32],
-        grads: &mut [f32],
-        moments: &mut Moments<f32>,
-    ) {
-        optim::add_pull(step.pull, params, grads);
+    fn step(&self, step: &Step, params: &mut Params<f32>, moments: &mut [Moments<f32>]) {
         let lr = self.lr.at(step.t, step.total);
         let rule = optim::RmsProp { lr, decay: self.decay, eps: self.eps, centered: self.centered };
-        optim::rmsprop(&rule, params, grads, moments);
+        for (params, grads, moments) in params.updates(moments) {
+            optim::add_pull(step.pull, params, grads);
+            optim::rmsprop(&rule, params, grads, moments);
+        }
     }
 }
 
@@ -156,6 +148,8 @@ pub(crate) fn optimisers() -> &'static Parts<dyn Optimiser> {
             .with(|x: Adam| Box::new(x))
             .with(|x: Sgd| Box::new(x))
             .with(|x: RmsProp| Box::new(x))
+            .with(|x: ClipNorm| Box::new(x))
+            .with(|x: ClipValue| Box::new(x))
     });
     &TABLE
 }
@@ -167,16 +161,30 @@ mod tests {
     use super::*;
     use crate::registry;
 
-    /// Where 2000 steps down `(θ - 1)²/2` end, from 0, with a pull of strength 1 towards 3.
-    fn end(part: &Part) -> f32 {
-        let optimiser = optimisers().build(&registry().complete(part)).unwrap();
-        let (mut params, mut moments) = ([0.0_f32], Moments::zeros(1));
-        for t in 0..2000 {
-            let step = Step { t, total: 2000, pull: Pull { strength: 1.0, centre: 3.0 } };
-            let mut grads = [params[0] - 1.0];
-            optimiser.update(&step, &mut params, &mut grads, &mut moments);
+    const TOWARDS_3: Pull = Pull { l2: 1.0, l1: 0.0, centre: 3.0 };
+
+    fn built(part: &Part) -> Box<dyn Optimiser> {
+        optimisers().build(&registry().complete(part)).unwrap()
+    }
+
+    /// The parameters after so many steps from `start`, where `slope` is the gradient of each.
+    fn descend<const N: usize>(
+        part: &Part,
+        start: [f32; N],
+        steps: u64,
+        pull: Pull,
+        slope: impl Fn(f32) -> f32,
+    ) -> [f32; N] {
+        let mut params = Params::default();
+        let id = params.add("p".into(), vec![N], start.to_vec());
+        let (optimiser, mut moments) = (built(part), params.moments());
+        for t in 0..steps {
+            let (mut grad, _) = params.take_grad(id).unwrap();
+            grad.iter_mut().zip(params.value(id)).for_each(|(g, &p)| *g = slope(p));
+            params.put_grad(id, grad);
+            optimiser.step(&Step { t, total: steps, pull }, &mut params, &mut moments);
         }
-        params[0]
+        params.value(id).try_into().unwrap()
     }
 
     #[test]
@@ -184,7 +192,8 @@ mod tests {
         // (θ − 1) + (θ − 3) = 0 at θ = 2.
         let rate = |from: f64| Part::new("linear").with("from", from).with("to", 0.0);
         for (name, lr) in [("sgd", 0.1), ("adam", 0.02), ("rmsprop", 0.01)] {
-            let theta = end(&Part::new(name).with("lr", rate(lr)));
+            let part = Part::new(name).with("lr", rate(lr));
+            let [theta] = descend(&part, [0.0], 2000, TOWARDS_3, |p| p - 1.0);
             assert!((theta - 2.0).abs() < 0.01, "{name} ends at {theta}");
         }
     }
@@ -194,11 +203,7 @@ mod tests {
         // At θ = 0 the gradient is −1, the pull towards 3 of strength 1 is −3, and η = 0.1.
         let step = |part: &Part| {
             let part = part.clone().with("lr", Part::new("constant").with("value", 0.1));
-            let optimiser = optimisers().build(&registry().complete(&part)).unwrap();
-            let mut params = [0.0_f32, 2.0];
-            let step = Step { t: 0, total: 9, pull: Pull { strength: 1.0, centre: 3.0 } };
-            optimiser.update(&step, &mut params, &mut [-1.0, -1.0], &mut Moments::zeros(2));
-            params
+            descend(&part, [0.0, 2.0], 1, TOWARDS_3, |_| -1.0)
         };
         let close = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
         assert!(close(step(&Part::new("adam")), [0.1, 2.1]));

@@ -92,6 +92,16 @@ impl<F: Real> Params<F> {
         array.touched.then_some(&array.grad)
     }
 
+    /// Every gradient there is.
+    pub fn grads(&self) -> impl Iterator<Item = &[F]> {
+        self.arrays.iter().filter(|array| array.touched).map(|array| &array.grad[..])
+    }
+
+    /// Every gradient there is, to be changed.
+    pub fn grads_mut(&mut self) -> impl Iterator<Item = &mut [F]> {
+        self.arrays.iter_mut().filter(|array| array.touched).map(|array| &mut array.grad[..])
+    }
+
     /// Every array that has a gradient, with it and the moments of the same place.
     pub fn updates<'a>(
         &'a mut self,

@@ -3,7 +3,7 @@
 use ivx_library::artifact::{Dataset, Model, Posterior};
 use ivx_library::env::{Reward, Sinusoids};
 use ivx_library::learner::{
-    Inference, Learner, LinearBayes, LinearMap, LinearMle, Normal, Polynomial, Prior,
+    Inference, Learner, LinearBayes, LinearMap, LinearMle, Normal, Polynomial,
 };
 use ivx_library::math::linear_gaussian::{
     Regression, neg_log_likelihood, neg_log_posterior_gradient, neg_log_prior, powers,
@@ -128,8 +128,8 @@ fn regression(inputs: &Value, data: &Dataset) -> Regression {
         design: powers(&data.x, features(inputs).degree),
         targets: DVector::from(data.y.clone()),
         noise: noise(inputs),
-        prior_mean: prior.mean(),
-        prior_std: prior.std(),
+        prior_mean: prior.mean,
+        prior_std: prior.std,
     }
 }
 

@@ -81,13 +81,13 @@ fn adam(inputs: &Inputs<'_>) -> Value {
         Some(_) => Box::new(Linear { from: lr, to: 0.0 }),
         None => Box::new(Constant { value: lr }),
     };
-    let weight_decay = Pull { strength: inputs.number("weight_decay").unwrap_or(0.0), centre: 0.0 };
     let mut rule = optim::Adam {
         lr,
         beta1: inputs.required("beta1"),
         beta2: inputs.required("beta2"),
         eps: inputs.required("eps"),
-        pulls: [weight_decay, Pull::default()],
+        weight_decay: inputs.number("weight_decay").unwrap_or(0.0),
+        pull: Pull::NONE,
     };
     let mut params = inputs.vector("params");
     let mut moments = Moments::zeros(params.len());
@@ -95,10 +95,11 @@ fn adam(inputs: &Inputs<'_>) -> Value {
     for (t, mut grads) in (0..).zip(inputs.matrix("grads")) {
         rule.lr = schedule.at(t, decay_steps.unwrap_or(0));
         rates.push(rule.lr);
-        norms.push(match inputs.number("clip_global_norm") {
-            Some(max_norm) => clip_global_norm(&mut [&mut grads], max_norm),
-            None => global_norm(&[&mut grads]),
-        });
+        let norm = global_norm([&grads[..]]);
+        norms.push(norm);
+        if let Some(max_norm) = inputs.number("clip_global_norm") {
+            clip_global_norm([&mut grads[..]], norm, max_norm);
+        }
         optim::adam(&rule, t, &mut params, &grads, &mut moments);
         path.push(params.clone());
     }
