@@ -1,26 +1,105 @@
-//! Observed action and reward pairs.
+//! Observations: inputs and what was seen for each.
 
-use ivx_op::{Artifact, Data, Tensors};
+use ivx_op::{Artifact, Data, Shapes, Tensors};
+use serde::{Deserialize, Serialize};
 
-/// Scalar inputs and outputs, pair by pair.
+/// Observations, each an input and a target of the same shapes.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Dataset {
-    /// Inputs, in the order drawn.
+    /// What the inputs and targets are.
+    pub form: Form,
+    /// Inputs, one after the other, in the order drawn.
     pub x: Vec<f64>,
-    /// Outputs, as many.
+    /// Targets, as many.
     pub y: Vec<f64>,
 }
 
+/// What one observation is. The default is a pair of numbers.
+#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Form {
+    /// The shape of an input: none for a number, `[length]` for a vector, `[steps, length]` for a
+    /// sequence, `[channels, rows, columns]` for an image.
+    pub input: Vec<usize>,
+    /// The shape of a target.
+    pub target: Vec<usize>,
+    /// How many classes there are, where targets are indices of classes.
+    pub classes: Option<usize>,
+}
+
+impl Form {
+    /// What the checker knows of it: the shapes of `x` and `y`, and the number of `classes`.
+    #[must_use]
+    pub fn shapes(&self) -> Shapes {
+        let mut shapes = Shapes::from([
+            ("x".to_owned(), self.input.clone()),
+            ("y".to_owned(), self.target.clone()),
+        ]);
+        shapes.extend(self.classes.map(|n| ("classes".to_owned(), vec![n])));
+        shapes
+    }
+
+    /// What is observed, from what the checker knows of it.
+    #[must_use]
+    pub fn of(shapes: &Shapes) -> Option<Self> {
+        let classes = match shapes.get("classes").map(Vec::as_slice) {
+            None => None,
+            Some([n]) => Some(*n),
+            Some(_) => return None,
+        };
+        Some(Self { input: shapes.get("x")?.clone(), target: shapes.get("y")?.clone(), classes })
+    }
+
+    /// Whether observations are pairs of numbers.
+    #[must_use]
+    pub fn is_pairs(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// How many numbers an input has.
+    #[must_use]
+    pub fn input_len(&self) -> usize {
+        self.input.iter().product()
+    }
+
+    /// How many numbers a target has.
+    #[must_use]
+    pub fn target_len(&self) -> usize {
+        self.target.iter().product()
+    }
+}
+
 impl Dataset {
-    /// The pairs at these places, repetitions included.
+    /// Pairs of numbers.
+    #[must_use]
+    pub fn pairs(x: Vec<f64>, y: Vec<f64>) -> Self {
+        Self { form: Form::default(), x, y }
+    }
+
+    /// How many observations there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.y.len() / self.form.target_len().max(1)
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The observations at these places, repetitions included.
     ///
     /// # Panics
     /// If a place is out of bounds.
     #[must_use]
     pub fn pick(&self, places: &[usize]) -> Self {
+        let rows = |values: &[f64], width: usize| {
+            places.iter().flat_map(|&i| values[i * width..][..width].to_vec()).collect()
+        };
         Self {
-            x: places.iter().map(|&i| self.x[i]).collect(),
-            y: places.iter().map(|&i| self.y[i]).collect(),
+            x: rows(&self.x, self.form.input_len()),
+            y: rows(&self.y, self.form.target_len()),
+            form: self.form.clone(),
         }
     }
 }
@@ -29,15 +108,21 @@ impl Artifact for Dataset {
     const KIND: &'static str = "Dataset";
 
     fn encode(&self) -> Vec<u8> {
-        let column = |values: &[f64]| Data::F64(vec![values.len()], values.to_vec());
-        let arrays = [("x".to_owned(), column(&self.x)), ("y".to_owned(), column(&self.y))];
-        Tensors { arrays: arrays.into() }.encode(Self::KIND, &())
+        let column = |item: &[usize], values: &[f64]| {
+            let shape = [self.len()].iter().chain(item).copied().collect();
+            Data::F64(shape, values.to_vec())
+        };
+        let (x, y) = (column(&self.form.input, &self.x), column(&self.form.target, &self.y));
+        let arrays = [("x".to_owned(), x), ("y".to_owned(), y)];
+        Tensors { arrays: arrays.into() }.encode(Self::KIND, &self.form.classes)
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
-        let (mut tensors, ()) = Tensors::decode(Self::KIND, bytes)?;
-        let ((_, x), (_, y)) = (tensors.f64("x")?, tensors.f64("y")?);
-        (x.len() == y.len()).then_some(Self { x, y })
+        let (mut tensors, classes) = Tensors::decode(Self::KIND, bytes)?;
+        let ((of_x, x), (of_y, y)) = (tensors.f64("x")?, tensors.f64("y")?);
+        let ((n, input), (m, target)) = (of_x.split_first()?, of_y.split_first()?);
+        let form = Form { input: input.to_vec(), target: target.to_vec(), classes };
+        (n == m).then_some(Self { form, x, y })
     }
 }
 
@@ -47,8 +132,18 @@ mod tests {
 
     #[test]
     fn survives_the_round_trip() {
-        let data = Dataset { x: vec![0.5, -1.0], y: vec![2.0, 3.0] };
-        assert_eq!(Dataset::decode(&data.encode()), Some(data.clone()));
-        assert_eq!(data.pick(&[1, 1]).y, [3.0, 3.0]);
+        let pairs = Dataset::pairs(vec![0.5, -1.0], vec![2.0, 3.0]);
+        let form = Form { input: vec![1, 1, 2], target: vec![], classes: Some(4) };
+        let images =
+            Dataset { form, x: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], y: vec![3.0, 0.0, 1.0] };
+        for data in [&pairs, &images, &Dataset::default()] {
+            assert_eq!(Dataset::decode(&data.encode()).as_ref(), Some(data));
+        }
+        for data in [&pairs, &images] {
+            assert_eq!(Form::of(&data.form.shapes()).as_ref(), Some(&data.form));
+        }
+        assert_eq!(pairs.pick(&[1, 1]).y, [3.0, 3.0]);
+        let picked = images.pick(&[2, 0]);
+        assert_eq!((picked.x, picked.y), (vec![4.0, 5.0, 0.0, 1.0], vec![1.0, 3.0]));
     }
 }

@@ -6,8 +6,8 @@ mod model;
 mod outputs;
 mod posterior;
 
-pub use dataset::Dataset;
+pub use dataset::{Dataset, Form};
 pub use decision::Decision;
-pub use model::{Model, NetModel};
+pub use model::{Head, Model, NetModel};
 pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;

@@ -44,8 +44,18 @@ impl Input for AsFile {
             (_, "safetensors") => bytes.clone(),
             (Dataset::KIND, "csv" | "npz") => {
                 let data = Dataset::decode(bytes).ok_or_else(|| read(&kind))?;
-                let columns = [("x", data.x.as_slice()), ("y", &data.y)];
-                if extension == "csv" { csv::write(&columns) } else { npz::write(&columns) }
+                match extension {
+                    "csv" if !data.form.input.is_empty() || !data.form.target.is_empty() => {
+                        let why = "a `.csv` holds one number an input and target; use `.npz`";
+                        return Err(OpError::Failed(why.to_owned()));
+                    }
+                    "csv" => csv::write(&[("x", &data.x), ("y", &data.y)]),
+                    _ => {
+                        let of = |item: &[usize]| [&[data.len()], item].concat();
+                        let (x, y) = (of(&data.form.input), of(&data.form.target));
+                        npz::write(&[("x", &x, &data.x), ("y", &y, &data.y)])
+                    }
+                }
             }
             (Array::KIND, "json") => json_of(&Array::decode(bytes).ok_or_else(|| read(&kind))?)?,
             _ => {
@@ -106,7 +116,7 @@ mod tests {
 
     #[test]
     fn the_extension_says_how() {
-        let data = Dataset { x: vec![0.1, -2.0], y: vec![1e-9, 3.0] };
+        let data = Dataset::pairs(vec![0.1, -2.0], vec![1e-9, 3.0]);
         assert_eq!(written(&data, "a.csv").unwrap(), b"x,y\n0.1,1e-9\n-2.0,3.0\n");
         assert_eq!(written(&data, "a.safetensors").unwrap(), data.encode());
         assert_eq!(written(&Array::scalar(0.1), "a.json").unwrap(), b"0.1");

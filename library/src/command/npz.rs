@@ -14,12 +14,12 @@ const END: u32 = 0x0605_4b50;
 /// What an archive says in the place of a size that does not fit.
 const TOO_LARGE: u32 = u32::MAX;
 
-/// Series of numbers under their names, not compressed.
-pub(super) fn write(arrays: &[(&str, &[f64])]) -> Vec<u8> {
+/// Arrays under their names, with their shapes, not compressed.
+pub(super) fn write(arrays: &[(&str, &[usize], &[f64])]) -> Vec<u8> {
     let mut archive = Vec::new();
     let mut directory = Vec::new();
-    for (name, values) in arrays {
-        let (name, file) = (format!("{name}.npy"), npy(values));
+    for (name, shape, values) in arrays {
+        let (name, file) = (format!("{name}.npy"), npy(shape, values));
         let start = size(archive.len());
         // Version 2.0, no flags, stored, at the beginning of 1980.
         let about: Vec<u8> = [
@@ -50,9 +50,10 @@ fn short(n: usize) -> u16 {
     u16::try_from(n).expect("names and their number are small")
 }
 
-fn npy(values: &[f64]) -> Vec<u8> {
-    let shape = values.len();
-    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape},), }}");
+fn npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let shape = shape.join(", ") + if shape.len() == 1 { "," } else { "" };
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}), }}");
     // Numbers begin at a multiple of 64.
     let header =
         format!("{header:<width$}\n", width = (header.len() + 11).next_multiple_of(64) - 11);
@@ -228,11 +229,11 @@ mod tests {
     #[test]
     fn what_is_written_is_read_to_the_bit() {
         let (x, y) = ([0.1, f64::MIN_POSITIVE, -1e300], [2.0]);
-        let bytes = write(&[("x", &x), ("y", &y)]);
+        let bytes = write(&[("x", &[3], &x), ("y", &[1, 1], &y)]);
         let arrays = read(&bytes).unwrap();
         assert_eq!(arrays["x"], (vec![3], x.to_vec()));
-        assert_eq!(arrays["y"], (vec![1], y.to_vec()));
-        assert_eq!(npy(&x).len() % 64, x.len() * 8);
+        assert_eq!(arrays["y"], (vec![1, 1], y.to_vec()));
+        assert_eq!(npy(&[3], &x).len() % 64, x.len() * 8);
     }
 
     #[test]

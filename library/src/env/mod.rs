@@ -2,6 +2,9 @@
 
 mod belief;
 mod boxes;
+mod copy;
+mod examples;
+mod glyphs;
 mod grid;
 mod grids;
 mod interval;
@@ -16,9 +19,15 @@ use std::fmt::Debug;
 use std::sync::LazyLock;
 
 use ivx_op::{Array, Dim, Labels, OpError, Parts, Registry, family};
+use rand_chacha::ChaCha8Rng;
+
+use crate::artifact::Form;
 
 pub use belief::BeliefOver;
 pub use boxes::Boxes;
+pub use copy::Copying;
+pub use examples::Examples;
+pub use glyphs::Glyphs;
 pub use grid::Grid;
 pub use grids::Grids;
 pub use interval::Interval;
@@ -80,6 +89,15 @@ pub trait Points: Debug + Send + Sync {
     fn points(&self) -> Result<Vec<f64>, OpError>;
 }
 
+/// A problem of supervised learning without end.
+pub trait Task: Debug + Send + Sync {
+    /// What one observation is.
+    fn form(&self) -> Form;
+
+    /// One observation: its input and its target.
+    fn draw(&self, rng: &mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>);
+}
+
 macro_rules! tables {
     ($($table:ident: $family:ident = $name:literal { $($part:ty),+ })+) => {$(
         family!(dyn $family, $name, $table);
@@ -100,6 +118,7 @@ tables! {
     rewards: Reward = "Reward" { Sinusoids }
     regions: Region = "Region" { Interval, Intervals }
     places: Points = "Points" { Grid, Grids }
+    tasks: Task = "Task" { Copying, Glyphs }
 }
 
 /// Values at places, over the dimension `x`.
@@ -125,6 +144,8 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .parts(rewards())
         .parts(regions())
         .parts(places())
+        .parts(tasks())
+        .op::<Examples>()
         .op::<Sample>()
         .op::<RewardAt>()
         .op::<SupportDistance>()

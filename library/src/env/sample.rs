@@ -5,7 +5,7 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::{Region, Reward};
-use crate::artifact::Dataset;
+use crate::artifact::{Dataset, Form};
 
 declare! {
     /// Actions drawn uniformly from a region, and their rewards with Gaussian noise (Eqn. 2.17a).
@@ -26,10 +26,9 @@ declare! {
     shapes pairs;
 }
 
-/// One input and one target, both numbers.
 #[expect(clippy::unnecessary_wraps, reason = "shapes may not be known")]
 fn pairs(_: &Facts<'_>) -> Option<Shapes> {
-    Some(Shapes::from(["x", "y"].map(|name| (name.to_owned(), Vec::new()))))
+    Some(Form::default().shapes())
 }
 
 impl Op for Sample {

@@ -1,9 +1,10 @@
 //! How far places lie from the data.
 
-use ivx_op::{Array, Ctx, One, Op, OpError, declare};
+use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
 
 use super::{Points, curve};
 use crate::artifact::Dataset;
+use crate::learner::form;
 
 declare! {
     /// The distance from each place to the nearest input: 0 on the data, large outside their support.
@@ -13,6 +14,12 @@ declare! {
         /// The places.
         at: Box<dyn Points>;
     }
+    rule of_pairs;
+}
+
+fn of_pairs(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let form = form::form(facts, "data").unwrap_or_default();
+    form::pairs("this operation", &form).map_err(form::wrong("data"))
 }
 
 impl Op for SupportDistance {
@@ -20,6 +27,7 @@ impl Op for SupportDistance {
         if self.data.x.is_empty() {
             return Err(OpError::Failed("there are no data to be distant from".to_owned()));
         }
+        form::pairs("this operation", &self.data.form).map_err(form::failed)?;
         let points = self.at.points()?;
         let nearest =
             |a: &f64| self.data.x.iter().map(|x| (x - a).abs()).fold(f64::INFINITY, f64::min);
@@ -35,7 +43,7 @@ mod tests {
 
     #[test]
     fn the_nearest_input_counts() {
-        let data = One(Dataset { x: vec![0.5, -1.0], y: vec![0.0, 0.0] });
+        let data = One(Dataset::pairs(vec![0.5, -1.0], vec![0.0, 0.0]));
         let at = Box::new(Grid { low: -2.0, high: 1.0, points: 4 });
         let ctx = Ctx::new("support_distance", 0, None);
         let distances = SupportDistance { data, at }.run(&ctx).unwrap();

@@ -34,7 +34,7 @@ mod tests {
 
     #[test]
     fn all_pairs_are_shown() {
-        let data = |x: &[f64], y: &[f64]| Dataset { x: x.to_vec(), y: y.to_vec() };
+        let data = |x: &[f64], y: &[f64]| Dataset::pairs(x.to_vec(), y.to_vec());
         let values = vec![data(&[1.0, 2.0], &[3.0, 4.0]), data(&[5.0], &[6.0])];
         let data = Everything(Gathered { dims: vec![], values, name: "demos".into() });
         let ctx = Ctx::new("points", 0, None);

@@ -4,7 +4,8 @@ use ivx_op::{Ctx, Facts, MemberCount, OpError, Wrong, declare};
 use rand::RngExt as _;
 
 use super::Learner;
-use crate::artifact::{Dataset, Model, NetModel};
+use crate::artifact::{Dataset, Form, Model};
+use crate::nn::Misfit;
 
 declare! {
     /// Independently trained members, told apart by three sources of noise (Remark 2.7).
@@ -33,29 +34,28 @@ declare! {
 impl Learner for Ensemble {
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
         let MemberCount = self.members;
-        let mut data = if self.bootstrap { resample(data, ctx) } else { data.clone() };
+        let resampled = self.bootstrap.then(|| resample(data, ctx));
+        let data = resampled.as_ref().unwrap_or(data);
         let inner = if self.random_init { *ctx } else { Ctx { member: None, ..*ctx } };
         if !self.prior_network {
-            return self.learner.train(&data, steps, &inner);
+            return self.learner.train(data, steps, &inner);
         }
-        let Some(prior) = self.learner.prior_network(ctx) else {
-            return Err(no_network());
-        };
-        // f + scale · prior is to fit y, so f is trained on what the prior leaves over.
-        for (y, prior) in data.y.iter_mut().zip(crate::nn::predict(&prior, &data.x)) {
-            *y -= self.prior_scale * prior;
-        }
-        match self.learner.train(&data, steps, &inner)? {
-            Model::Net(net) => Ok(Model::Net(with_prior(net, prior, self.prior_scale))),
-            Model::Polynomial(_) => Err(no_network()),
-        }
+        let prior = (self.prior_scale, ctx);
+        self.learner
+            .train_with_prior(data, prior, steps, &inner)
+            .unwrap_or_else(|| Err(no_network()))
     }
 
-    fn memory(&self, data_bytes: u64) -> u64 {
-        let own = self.learner.memory(data_bytes);
+    fn fits(&self, form: &Form) -> Result<(), Misfit> {
+        self.learner.fits(form)
+    }
+
+    fn memory(&self, form: &Form, n: u64) -> u64 {
+        let own = self.learner.memory(form, n);
         // A prior network has parameters and outputs, and none of what else training has.
         let prior = if self.prior_network { own / 4 } else { 0 };
-        own + prior + if self.bootstrap { data_bytes } else { 0 }
+        let observation = 8 * (form.input_len() + form.target_len()) as u64;
+        own + prior + if self.bootstrap { n * observation } else { 0 }
     }
 
     fn makes_networks(&self) -> bool {
@@ -63,18 +63,11 @@ impl Learner for Ensemble {
     }
 }
 
-/// As many pairs, drawn with replacement.
+/// As many observations, drawn with replacement.
 fn resample(data: &Dataset, ctx: &Ctx) -> Dataset {
-    let (n, mut rng) = (data.x.len(), ctx.rng("bootstrap", &[]));
+    let (n, mut rng) = (data.len(), ctx.rng("bootstrap", &[]));
     let places: Vec<_> = (0..n).map(|_| rng.random_range(0..n)).collect();
     data.pick(&places)
-}
-
-fn with_prior(mut net: NetModel, prior: NetModel, scale: f64) -> NetModel {
-    let prior = prior.params.into_iter();
-    net.params.extend(prior.map(|(name, shape, values)| (format!("prior.{name}"), shape, values)));
-    net.prior_scale = scale;
-    net
 }
 
 fn priors_are_of_networks(facts: &Facts<'_>) -> Result<(), Wrong> {
@@ -122,7 +115,7 @@ mod tests {
     /// Two periods within [-1, 1].
     fn waves() -> Dataset {
         let x: Vec<f64> = (0..25).map(|i| f64::from(i) / 12.0 - 1.0).collect();
-        Dataset { y: x.iter().map(|x| (6.0 * x).sin()).collect(), x }
+        Dataset::pairs(x.clone(), x.iter().map(|x| (6.0 * x).sin()).collect())
     }
 
     #[test]
@@ -176,10 +169,8 @@ mod tests {
     #[test]
     fn a_resample_has_as_many_pairs_and_keeps_them_together() {
         let ctx = Ctx::new("train", 2, Some(0));
-        let data = Dataset {
-            x: (0..40).map(f64::from).collect(),
-            y: (0..40).map(|i| f64::from(-i)).collect(),
-        };
+        let x: Vec<f64> = (0..40).map(f64::from).collect();
+        let data = Dataset::pairs(x.clone(), x.iter().map(|x| -x).collect());
         let mut drawn = resample(&data, &ctx);
         assert!(drawn.x.iter().zip(&drawn.y).all(|(x, y)| *x == -y));
         drawn.x.sort_by(f64::total_cmp);

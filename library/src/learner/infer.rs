@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, Parts, declare, family};
 
+use super::form::{self, data_of_pairs};
 use super::linear::regression;
 use super::prior::prior_is_normal;
 use super::{Features, Prior};
@@ -64,10 +65,12 @@ declare! {
         /// The data.
         on: One<Dataset>;
     }
+    rule data_of_pairs;
 }
 
 impl Op for Infer {
     fn run(&self, _: &Ctx) -> Result<Posterior, OpError> {
+        form::pairs("this operation", &self.on.form).map_err(form::failed)?;
         self.model.infer(&self.on)
     }
 }
@@ -175,7 +178,7 @@ mod tests {
     #[test]
     fn a_constant_seen_twice() {
         // Prior 1, two data of noise 1: precision 3, mean 2·3/3; predictive variance 1/3 + 1.
-        let posterior = infer(0, 1.0, Dataset { x: vec![0.0, 1.0], y: vec![3.0, 3.0] });
+        let posterior = infer(0, 1.0, Dataset::pairs(vec![0.0, 1.0], vec![3.0, 3.0]));
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         let at = Box::new(Grid { low: 0.0, high: 1.0, points: 2 });
         let mean = PredictiveMean { posterior: posterior.clone(), at }.run(&CTX).unwrap();

@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_line_through_two_points() {
-        let data = Dataset { x: vec![0.0, 2.0], y: vec![1.0, 5.0] };
+        let data = Dataset::pairs(vec![0.0, 2.0], vec![1.0, 5.0]);
         let predicted = mle(1).train(&data, 0, &CTX).unwrap().predict(&[3.0]);
         assert!((predicted[0] - 7.0).abs() < 1e-12);
     }
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn the_prior_shrinks() {
         // Two equal data of noise 1 against one prior of spread 1: 2·3 / (2 + 1).
-        let data = Dataset { x: vec![0.0, 0.0], y: vec![3.0, 3.0] };
+        let data = Dataset::pairs(vec![0.0, 0.0], vec![3.0, 3.0]);
         let model = LinearMap { noise: 1.0, ..map(0) }.train(&data, 0, &CTX).unwrap();
         assert!((model.predict(&[0.0])[0] - 2.0).abs() < 1e-12);
     }

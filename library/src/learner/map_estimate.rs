@@ -3,44 +3,97 @@
 use ivx_op::{Ctx, OpError, Part, declare};
 
 use super::{Learner, Prior};
-use crate::artifact::{Dataset, Model, NetModel};
-use crate::nn::{Net, Optimiser, fit};
-
-/// What an action and its reward take in a dataset.
-const PAIR_BYTES: u64 = 16;
+use crate::artifact::{Dataset, Form, Model, NetModel};
+use crate::nn::{self, Loss, Misfit, Net, Optimiser, Training};
 
 declare! {
-    /// The maximum a posteriori estimate of a network's parameters, by full-batch descent.
+    /// The maximum a posteriori estimate of a network's parameters, by gradient descent.
     ///
-    /// It lowers the negative log-posterior (Eqn. 2.16d), up to the factor `noise²/N`:
-    /// `J(θ) = 1/(2N) Σ_i (r_i - f(a_i; θ))² + noise²/(2 N s²) ‖θ - m‖²` under the prior `N(m, s²)`,
-    /// and with `noise²/(N s) ‖θ - m‖_1` for a second term under `laplace(m, s)`.
+    /// It lowers the negative log-posterior (Eqn. 2.16d), up to a factor: under the prior `N(m, s²)`
+    /// `J(θ) = 1/N Σ_i loss(y_i, f(x_i; θ)) + c/(2 N s²) ‖θ - m‖²`, and with `c/(N s) ‖θ - m‖_1` for a second
+    /// term under `laplace(m, s)`. There `c` is how many times the negative log-likelihood the loss is:
+    /// `noise²` for `squared`.
     /// With `adamw` the second term pulls beside the step, decoupled as weight decay is;
     /// with every other optimiser it is part of the gradient. After 0 steps the model is the
-    /// initial one.
-    pub struct MapEstimate = "map_estimate" @ 1, stochastic {
-        /// The architecture.
+    /// initial one. The network ends in a linear map to what the loss takes.
+    pub struct MapEstimate = "map_estimate" @ 2, stochastic {
+        /// The architecture, up to the last linear map.
         net: Box<dyn Net> = Part::new("mlp");
         /// The prior over each parameter.
         prior: Box<dyn Prior> = Part::new("normal");
-        /// Standard deviation of the noise in the rewards.
-        noise: f64 = 0.1, in 0.0..;
+        /// What outputs are measured by.
+        loss: Box<dyn Loss> = Part::new("squared");
         /// How the objective is lowered.
         optimiser: Box<dyn Optimiser> = Part::new("adamw")
             .with("lr", Part::new("linear").with("from", 4e-4).with("to", 0.0));
+        /// How many observations an update looks at; 0 for all.
+        batch: usize = 0, in 0.0..;
     }
 }
 
 impl Learner for MapEstimate {
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
-        if data.x.is_empty() {
+        let initial = self.initial(&data.form, "init", ctx)?;
+        self.fit(initial, data, steps, ctx)
+    }
+
+    fn train_with_prior(
+        &self,
+        data: &Dataset,
+        (scale, drawn): (f64, &Ctx),
+        steps: u64,
+        ctx: &Ctx,
+    ) -> Option<Result<Model, OpError>> {
+        let with_prior = || {
+            let mut net = self.initial(&data.form, "init", ctx)?;
+            let prior = self.initial(&data.form, "prior", drawn)?.params.into_iter();
+            let prior = prior.map(|(name, shape, values)| (format!("prior.{name}"), shape, values));
+            net.params.extend(prior);
+            net.params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
+            net.prior_scale = scale;
+            self.fit(net, data, steps, ctx)
+        };
+        Some(with_prior())
+    }
+
+    fn fits(&self, form: &Form) -> Result<(), Misfit> {
+        nn::headed(&*self.net, &form.input, &self.loss.outputs(form)?).map(drop)
+    }
+
+    fn memory(&self, form: &Form, n: u64) -> u64 {
+        // A parameter, its gradient, two running averages and two copies while the model is put
+        // together and encoded; an output, its gradient and one temporary number.
+        let (of_param, of_output) = (6 * 4, 3 * 4);
+        let module =
+            self.loss.outputs(form).and_then(|to| nn::headed(&*self.net, &form.input, &to));
+        let Ok(module) = module else { return 0 };
+        let at_once = if self.batch == 0 { n } else { n.min(self.batch as u64) };
+        let outputs = module.n_outputs(&form.input);
+        (module.n_params() * of_param).saturating_add(outputs.saturating_mul(at_once * of_output))
+    }
+
+    fn makes_networks(&self) -> bool {
+        true
+    }
+}
+
+impl MapEstimate {
+    fn initial(&self, form: &Form, purpose: &str, ctx: &Ctx) -> Result<NetModel, OpError> {
+        nn::init(&*self.net, &*self.loss, form, &mut ctx.rng(purpose, &[]))
+            .map_err(|misfit| OpError::Failed(misfit.message))
+    }
+
+    fn fit(&self, net: NetModel, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
+        if data.is_empty() {
             return Err(OpError::Failed("there are no data to train on".to_owned()));
         }
+        net.module.accepts(&data.x).map_err(OpError::Failed)?;
         #[expect(clippy::cast_precision_loss, reason = "data count far below 2^53")]
-        let n = data.x.len() as f64;
-        let pull = self.prior.pull(self.noise, n);
-        let initial = self.net.init(&mut ctx.rng("init", &[]));
-        let net = fit(initial, data, &*self.optimiser, pull, steps, ctx);
+        let n = data.len() as f64;
+        let pull = self.prior.pull(self.loss.scale(), n);
+        let (loss, optimiser) = (&*self.loss, &*self.optimiser);
+        let how = Training { loss, optimiser, pull, batch: self.batch, steps };
+        let net = nn::fit(net, data, &how, ctx);
         if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
             let message = format!(
                 "training diverged within {steps} steps: lower the learning rate or widen the prior"
@@ -48,22 +101,6 @@ impl Learner for MapEstimate {
             return Err(OpError::Failed(message));
         }
         Ok(Model::Net(net))
-    }
-
-    fn memory(&self, data_bytes: u64) -> u64 {
-        // A parameter, its gradient, two running averages and two copies while the model is put
-        // together and encoded; an output, its gradient and one temporary number.
-        let (of_param, of_output) = (6 * 4, 3 * 4);
-        let n = data_bytes / PAIR_BYTES;
-        self.net.n_params() * of_param + self.net.n_outputs() * n * of_output
-    }
-
-    fn prior_network(&self, ctx: &Ctx) -> Option<NetModel> {
-        Some(self.net.init(&mut ctx.rng("prior", &[])))
-    }
-
-    fn makes_networks(&self) -> bool {
-        true
     }
 }
 
@@ -88,7 +125,7 @@ mod tests {
 
     fn data(f: fn(f64) -> f64) -> Dataset {
         let x: Vec<f64> = (0..25).map(|i| f64::from(i) / 12.0 - 1.0).collect();
-        Dataset { y: x.iter().map(|&x| f(x)).collect(), x }
+        Dataset::pairs(x.clone(), x.iter().map(|&x| f(x)).collect())
     }
 
     fn rmse(model: &Model, data: &Dataset) -> f64 {
@@ -108,8 +145,10 @@ mod tests {
     fn nothing_moves_in_no_steps() {
         let data = data(|x| x);
         let initial = train(&learner(&[4], 0.1), &data, 0).unwrap();
-        let net = crate::nn::Mlp { hidden: vec![4], activation: Box::new(crate::nn::Tanh {}) };
-        assert_eq!(initial, Model::Net(net.init(&mut CTX.rng("init", &[]))));
+        let net = nn::Mlp { hidden: vec![4], activation: Box::new(nn::Tanh {}) };
+        let loss = nn::Squared { noise: 0.1 };
+        let drawn = nn::init(&net, &loss, &Form::default(), &mut CTX.rng("init", &[])).unwrap();
+        assert_eq!(initial, Model::Net(drawn));
         assert_ne!(train(&learner(&[4], 0.1), &data, 1).unwrap(), initial);
     }
 
@@ -123,7 +162,7 @@ mod tests {
             let part = learner(&[], 0.1)
                 .with("optimiser", Part::new(optimiser).with("lr", rate))
                 .with("prior", Part::new("normal").with("std", 0.5))
-                .with("noise", 1.0);
+                .with("loss", Part::new("squared").with("noise", 1.0));
             let f = train(&part, &data, 1000).unwrap().predict(&[0.0, 1.0]);
             let squares: f64 = data.x.iter().map(|x| x * x).sum();
             let (w, b) = (2.0 * squares / (squares + 4.0), 25.0 / 29.0);
@@ -146,7 +185,7 @@ mod tests {
                 let part = learner(&[], 0.1)
                     .with("optimiser", Part::new(optimiser).with("lr", rate))
                     .with("prior", Part::new("laplace").with("scale", 0.2))
-                    .with("noise", 1.0);
+                    .with("loss", Part::new("squared").with("noise", 1.0));
                 let f = train(&part, &data(slope), 4000).unwrap().predict(&[0.0, 1.0]);
                 let w = (slope - 0.2 / squares).max(0.0);
                 assert!(slope > 1.0 || w == 0.0);
@@ -162,7 +201,8 @@ mod tests {
         // is pulled back from a distance of 1/16.
         let centred = |mean: f64| {
             let prior = Part::new("normal").with("mean", mean).with("std", 0.05);
-            let part = learner(&[4], 0.02).with("prior", prior).with("noise", 1.0);
+            let loss = Part::new("squared").with("noise", 1.0);
+            let part = learner(&[4], 0.02).with("prior", prior).with("loss", loss);
             let Model::Net(net) = train(&part, &data(|x| x), 500).unwrap() else { unreachable!() };
             net.params.iter().flat_map(|(.., values)| values.clone()).map(f64::from).sum::<f64>()
                 / 13.0
@@ -183,5 +223,9 @@ mod tests {
             Part::new("sgd").with("lr", Part::new("constant").with("value", 1e6)),
         );
         assert!(failed(train(&diverging, &data(|x| x), 100)).contains("diverged"));
+        let form = Form { input: vec![1, 2, 2], ..Form::default() };
+        let images = Dataset { form, x: vec![0.0; 4], y: vec![0.0] };
+        let why = failed(train(&learner(&[4], 0.1), &images, 1));
+        assert_eq!(why, "`mlp` takes vectors and sequences, not images of 1 × 2 × 2");
     }
 }

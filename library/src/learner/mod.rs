@@ -2,9 +2,11 @@
 
 mod ensemble;
 mod features;
+pub(crate) mod form;
 mod infer;
 mod linear;
 mod map_estimate;
+mod mc_dropout;
 mod predict;
 mod prior;
 mod train;
@@ -14,7 +16,8 @@ use std::sync::LazyLock;
 
 use ivx_op::{Ctx, OpError, Parts, Registry, family};
 
-use crate::artifact::{Dataset, Model, NetModel};
+use crate::artifact::{Dataset, Form, Model};
+use crate::nn::Misfit;
 
 pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
@@ -23,6 +26,7 @@ pub use infer::{
 };
 pub use linear::{LinearMap, LinearMle};
 pub use map_estimate::MapEstimate;
+pub use mc_dropout::McDropout;
 pub use predict::Predict;
 pub use prior::{Laplace, Normal, Prior};
 pub use train::Train;
@@ -35,19 +39,33 @@ pub trait Learner: Debug + Send + Sync {
     /// If the data admit no model; the message says why.
     fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError>;
 
-    /// A fixed network of the learner's own architecture, drawn from the stream `prior`;
-    /// none where models are not networks.
-    fn prior_network(&self, _ctx: &Ctx) -> Option<NetModel> {
+    /// The same where a fixed network of the learner's own architecture is added to the function:
+    /// how many times, and whose stream `prior` it is drawn from. None where models are not networks.
+    fn train_with_prior(
+        &self,
+        _data: &Dataset,
+        _prior: (f64, &Ctx),
+        _steps: u64,
+        _ctx: &Ctx,
+    ) -> Option<Result<Model, OpError>> {
         None
     }
 
-    /// Roughly how many bytes of memory training takes on a dataset of so many bytes, besides
-    /// these; closed-form learners take next to none.
-    fn memory(&self, _data_bytes: u64) -> u64 {
+    /// Whether it learns from observations of a form.
+    ///
+    /// # Errors
+    /// Why not.
+    fn fits(&self, form: &Form) -> Result<(), Misfit> {
+        form::pairs("this learner", form)
+    }
+
+    /// Roughly how many bytes of memory training takes on so many observations, besides these;
+    /// closed-form learners take next to none.
+    fn memory(&self, _form: &Form, _n: u64) -> u64 {
         0
     }
 
-    /// Whether its models are networks, and so `prior_network` has one.
+    /// Whether its models are networks.
     fn makes_networks(&self) -> bool {
         false
     }
@@ -74,6 +92,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .parts(prior::table())
         .parts(infer::table())
         .op::<Train>()
+        .op::<McDropout>()
         .op::<Predict>()
         .op::<Infer>()
         .op::<PredictiveMean>()

@@ -2,6 +2,7 @@
 
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
+use super::form::model_of_pairs;
 use crate::artifact::Model;
 use crate::env::{Points, curve};
 
@@ -13,12 +14,13 @@ declare! {
         /// The actions.
         at: Box<dyn Points>;
     }
+    rule model_of_pairs;
 }
 
 impl Op for Predict {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let points = self.at.points()?;
-        let values = self.model.predict(&points);
+        let values = self.model.rewards(&points)?;
         Ok(curve(points, values))
     }
 }

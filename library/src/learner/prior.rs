@@ -9,8 +9,8 @@ use crate::nn::optim::Pull;
 
 /// A belief about every parameter, independently.
 pub trait Prior: Debug + Send + Sync {
-    /// The gradient of `noise²/n` times the negative log density, by every parameter.
-    fn pull(&self, noise: f64, n: f64) -> Pull;
+    /// The gradient of `scale/n` times the negative log density, by every parameter.
+    fn pull(&self, scale: f64, n: f64) -> Pull;
 
     /// Mean and standard deviation of a normal belief, of which alone there are closed forms.
     fn normal(&self) -> Option<(f64, f64)> {
@@ -53,8 +53,8 @@ declare! {
 }
 
 impl Prior for Normal {
-    fn pull(&self, noise: f64, n: f64) -> Pull {
-        Pull { l2: (noise / self.std).powi(2) / n, l1: 0.0, centre: self.mean }
+    fn pull(&self, scale: f64, n: f64) -> Pull {
+        Pull { l2: scale / (self.std.powi(2) * n), l1: 0.0, centre: self.mean }
     }
 
     fn normal(&self) -> Option<(f64, f64)> {
@@ -63,8 +63,8 @@ impl Prior for Normal {
 }
 
 impl Prior for Laplace {
-    fn pull(&self, noise: f64, n: f64) -> Pull {
-        Pull { l2: 0.0, l1: noise * noise / (n * self.scale), centre: self.mean }
+    fn pull(&self, scale: f64, n: f64) -> Pull {
+        Pull { l2: 0.0, l1: scale / (n * self.scale), centre: self.mean }
     }
 }
 
@@ -90,13 +90,13 @@ mod tests {
     fn pulls_are_gradients_of_densities() {
         let normal = |x: f64| 0.5 * ((x - 1.0) / 0.5).powi(2);
         let laplace = |x: f64| (x - 1.0).abs() / 0.5;
-        let (noise, n, h) = (3.0, 4.0, 1e-6);
+        let (scale, n, h) = (9.0, 4.0, 1e-6);
         let check = |prior: &dyn Prior, negative_log: &dyn Fn(f64) -> f64| {
             for theta in [-2.0, 0.9, 3.0] {
                 let mut pulled = [0.0_f64];
-                crate::nn::optim::add_pull(prior.pull(noise, n), &[theta], &mut pulled);
+                crate::nn::optim::add_pull(prior.pull(scale, n), &[theta], &mut pulled);
                 let slope = (negative_log(theta + h) - negative_log(theta - h)) / (2.0 * h);
-                assert!((pulled[0] - noise * noise / n * slope).abs() < 1e-6, "{prior:?}");
+                assert!((pulled[0] - scale / n * slope).abs() < 1e-6, "{prior:?}");
             }
         };
         check(&Normal { mean: 1.0, std: 0.5 }, &normal);

@@ -3,7 +3,8 @@
 use ivx_op::{Args, Ctx, Literal as _, Needs, One, Op, OpError, declare};
 
 use super::Learner;
-use crate::artifact::{Dataset, Model};
+use super::form::{self, form_of_data, learner_fits};
+use crate::artifact::{Dataset, Form, Model};
 
 declare! {
     /// A model learned from data. An ensemble of learners gives an ensemble of models.
@@ -15,17 +16,22 @@ declare! {
         /// How many updates; closed-form learners make none.
         steps: u64 = 0, in 0.0.., unit "updates";
     }
+    rule learner_fits;
+    shapes form_of_data;
 }
 
 impl Op for Train {
     fn run(&self, ctx: &Ctx) -> Result<Model, OpError> {
+        self.learner.fits(&self.on.form).map_err(form::failed)?;
         self.learner.train(&self.on, self.steps, ctx)
     }
 
     fn needs(args: &Args, input_bytes: u64) -> Needs {
         // A learner that holds what was computed cannot be built without it.
         let learner = args.get("learner").map(Box::<dyn Learner>::from_lit);
-        let training = learner.and_then(Result::ok).map_or(0, |l| l.memory(input_bytes));
+        let form = Form::default();
+        let n = input_bytes / 16;
+        let training = learner.and_then(Result::ok).map_or(0, |l| l.memory(&form, n));
         Needs { memory: training + input_bytes, ..Needs::default() }
     }
 }

@@ -1,5 +1,6 @@
 //! Measures, their arithmetic and reductions, and claims about them.
 
+mod accuracy;
 mod arithmetic;
 mod broadcast;
 mod claim;
@@ -18,6 +19,7 @@ use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
 use crate::math::moments::real;
 
+pub use accuracy::Accuracy;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use claim::Claim;
 pub use equivalent::Equivalent;
@@ -34,6 +36,7 @@ pub use sort::Sort;
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
+        .op::<Accuracy>()
         .op::<Mean>()
         .op::<Sum>()
         .op::<Share>()

@@ -3,16 +3,24 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_op::{Declared as _, Parts, declare, family};
+use ivx_op::{Part, Parts, declare, family};
 
 use super::curve::Curve;
 
 /// A function without parameters, applied number by number.
 pub trait Activation: Debug + Send + Sync {
-    /// The name that a spec and a stored network call it by.
-    fn name(&self) -> &'static str;
     /// The function.
     fn curve(&self) -> Curve;
+}
+
+declare! {
+    /// The number itself.
+    pub struct Identity = "identity" @ 1 {}
+}
+
+declare! {
+    /// The rectified linear unit up to six, `min(max(x, 0), 6)`.
+    pub struct Relu6 = "relu6" @ 1 {}
 }
 
 declare! {
@@ -48,10 +56,6 @@ declare! {
 macro_rules! activations {
     ($($part:ident),+) => {
         $(impl Activation for $part {
-            fn name(&self) -> &'static str {
-                Self::NAME
-            }
-
             fn curve(&self) -> Curve {
                 Curve::$part
             }
@@ -67,14 +71,24 @@ macro_rules! activations {
     };
 }
 
-activations! { Tanh, Relu, Elu, Sigmoid, Softplus, Silu }
+activations! { Identity, Tanh, Relu, Relu6, Elu, Sigmoid, Softplus, Silu }
 
 family!(dyn Activation, "Activation", activations);
 
+/// The function of a name.
+///
+/// # Errors
+/// Which names there are.
+pub fn curve(name: &str) -> Result<Curve, String> {
+    let activation = activations().build(&Part::new(name)).map_err(|_| {
+        let known: Vec<&str> = activations().names().collect();
+        format!("its activation is one of {}, and not {name:?}", known.join(", "))
+    })?;
+    Ok(activation.curve())
+}
+
 #[cfg(test)]
 mod tests {
-    use ivx_op::Part;
-
     use super::*;
     use crate::nn::{Graph, Params, Shape};
 
@@ -82,7 +96,6 @@ mod tests {
 
     fn curve(name: &str) -> Curve {
         let activation = activations().build(&Part::new(name)).unwrap();
-        assert_eq!(activation.name(), name);
         activation.curve()
     }
 

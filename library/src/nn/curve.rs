@@ -1,9 +1,11 @@
 //! Functions applied number by number.
 
+use serde::{Deserialize, Serialize};
+
 use super::real::{Real, sigmoid, softplus, wide};
 
 /// A function without parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Curve {
     /// `x`.
     Identity,

@@ -188,6 +188,11 @@ impl<F: Real> Graph<F> {
         self.leaf(shape, values, true)
     }
 
+    /// Numbers from outside, written by `write`, which must replace them all.
+    pub(super) fn filled(&self, shape: Shape, write: impl FnOnce(&mut [F])) -> Var {
+        self.made(shape, false, |_, out| write(out))
+    }
+
     fn leaf(&self, shape: Shape, values: &[F], learns: bool) -> Var {
         assert_eq!(shape.len(), values.len(), "as many numbers as the shape says");
         let mut arena = self.arena.borrow_mut();

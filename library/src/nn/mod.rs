@@ -10,8 +10,11 @@ mod clip;
 mod curve;
 mod fit;
 mod graph;
+mod loss;
 mod matmul;
+mod module;
 mod net;
+mod network;
 mod ops;
 pub mod optim;
 mod optimiser;
@@ -19,12 +22,15 @@ mod params;
 mod real;
 mod schedule;
 
-pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh};
+pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
 pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
-pub use fit::{fit, predict};
+pub use fit::{Training, fit};
 pub use graph::{Graph, Shape, Var};
-pub use net::{Mlp, Net, check};
+pub use loss::{Loss, Squared};
+pub use module::{ArrayOf, Misfit, Mode, Module, Start, told};
+pub use net::{Mlp, Net, headed};
+pub use network::{check, init, predict};
 pub use ops::{BatchNorm, Cell, Proximal, Proximity, Steps, Window};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};
@@ -37,6 +43,7 @@ use ivx_op::Registry;
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .parts(activation::activations())
+        .parts(loss::losses())
         .parts(net::nets())
         .parts(optimiser::optimisers())
         .parts(schedule::schedules())

@@ -6,6 +6,7 @@ use super::choose;
 use crate::artifact::{Decision, Model};
 use crate::env::Points;
 use crate::ke::KnowledgeEquivalent;
+use crate::learner::form::model_of_pairs;
 use crate::math::moments::uniform;
 
 declare! {
@@ -19,12 +20,14 @@ declare! {
         /// The actions to choose from.
         among: Box<dyn Points>;
     }
+    rule model_of_pairs;
 }
 
 impl Op for Argmax {
     fn run(&self, _: &Ctx) -> Result<Decision, OpError> {
         let candidates = self.among.points()?;
-        let members: Vec<_> = self.model.iter().map(|m| m.predict(&candidates)).collect();
+        let members = self.model.iter().map(|model| model.rewards(&candidates));
+        let members: Vec<_> = members.collect::<Result<_, _>>()?;
         let members: Vec<&[f64]> = members.iter().map(Vec::as_slice).collect();
         choose(candidates, &equivalents(&members, self.ke.as_ref()))
     }

@@ -5,6 +5,7 @@ use ivx_op::{Ctx, One, Op, OpError, declare};
 use super::choose;
 use crate::artifact::{Decision, Model};
 use crate::env::Points;
+use crate::learner::form::model_of_pairs;
 
 declare! {
     /// The action of the highest predicted reward under one model; the first where several have it.
@@ -14,12 +15,13 @@ declare! {
         /// The actions to choose from.
         among: Box<dyn Points>;
     }
+    rule model_of_pairs;
 }
 
 impl Op for Greedy {
     fn run(&self, _: &Ctx) -> Result<Decision, OpError> {
         let candidates = self.among.points()?;
-        let scores = self.model.predict(&candidates);
+        let scores = self.model.rewards(&candidates)?;
         choose(candidates, &scores)
     }
 }

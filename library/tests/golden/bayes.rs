@@ -34,7 +34,7 @@ fn rstar(case: &Case, key: &str) -> Option<Value> {
 
 fn bayes_poly(case: &Case, key: &str) -> Option<Value> {
     let inputs = &case.inputs;
-    let data = Dataset { x: numbers(&inputs["a"]), y: numbers(&inputs["r"]) };
+    let data = Dataset::pairs(numbers(&inputs["a"]), numbers(&inputs["r"]));
     let half: Vec<usize> = (0..data.x.len() / 2).collect();
     let grid = numbers(&inputs["grid"]);
     let map = map(inputs, &data);

@@ -6,18 +6,23 @@ use ivx_op::{Ctx, Data, One, Op, OpError, declare, read_tensors};
 
 use super::super::{csv, npz};
 use super::{Columns, output, wrong};
-use crate::artifact::{Dataset, Outputs};
+use crate::artifact::{Dataset, Form, Outputs};
 
 declare! {
-    /// The data set that a program wrote: `x` and `y`, one number an observation each.
+    /// The data set that a program wrote: inputs `x` and targets `y`.
     ///
     /// The extension of the file says what it is: `.csv` with the columns `x,y` and their names in
-    /// the first line, or `.npz` or `.safetensors` with the arrays `x` and `y`.
-    pub struct ReadDataset = "read_dataset" @ 1 -> Dataset {
+    /// the first line, or `.npz` or `.safetensors` with the arrays `x` and `y`, whose first dimension
+    /// counts the observations. Inputs are numbers, vectors, sequences of `[steps, length]` or images of
+    /// `[channels, rows, columns]`; targets are numbers, vectors or sequences.
+    pub struct ReadDataset = "read_dataset" @ 2 -> Dataset {
         /// What `command` left behind.
         outputs: One<Outputs>;
         /// The file's name.
         name: String;
+        /// How many classes there are, where targets are indices of classes from 0 up; 0 where they are
+        /// numbers.
+        classes: usize = 0, in 0.0..=1e6;
     }
 }
 
@@ -30,30 +35,44 @@ impl Op for ReadDataset {
             "safetensors" => tensors(bytes),
             _ => Err("its name ends in `.csv`, `.npz` or `.safetensors`".to_owned()),
         };
-        columns.and_then(dataset).map_err(|why| wrong(&self.name, &why))
+        columns
+            .and_then(|columns| dataset(columns, self.classes))
+            .map_err(|why| wrong(&self.name, &why))
     }
 }
 
-fn dataset(mut columns: Columns) -> Result<Dataset, String> {
+fn dataset(mut columns: Columns, classes: usize) -> Result<Dataset, String> {
     if !columns.keys().eq(["x", "y"]) {
         let names: Vec<&str> = columns.keys().map(String::as_str).collect();
         return Err(format!("it has `x` and `y`, and not {}", names.join(", ")));
     }
-    let mut column = |name: &str| match columns.remove(name) {
-        Some((shape, values)) if matches!(shape[..], [_] | [_, 1]) => Ok(values),
-        Some((shape, _)) => {
-            Err(format!("`{name}` is one number an observation, and not {shape:?}"))
+    let mut column = |name: &str, most: usize| {
+        let (shape, values) = columns.remove(name).expect("it is there");
+        match shape.split_first() {
+            // A column of a matrix is one number an observation.
+            Some((&n, [1])) => Ok((n, Vec::new(), values)),
+            Some((&n, item)) if item.len() <= most && !item.contains(&0) => {
+                Ok((n, item.to_vec(), values))
+            }
+            _ => Err(format!("`{name}` is an array a data set has, and not {shape:?}")),
         }
-        None => unreachable!("it is there"),
     };
-    let (x, y) = (column("x")?, column("y")?);
-    if x.len() != y.len() {
-        return Err(format!("there are {} of `x` and {} of `y`", x.len(), y.len()));
+    let ((n, input, x), (m, target, y)) = (column("x", 3)?, column("y", 2)?);
+    if n != m {
+        return Err(format!("there are {n} of `x` and {m} of `y`"));
     }
     if let Some(odd) = x.iter().chain(&y).find(|value| !value.is_finite()) {
         return Err(format!("it has finite numbers, and not {odd}"));
     }
-    Ok(Dataset { x, y })
+    let classes = (classes > 0).then_some(classes);
+    if let Some(classes) = classes {
+        #[expect(clippy::cast_precision_loss, reason = "classes are few")]
+        let foreign = |y: &&f64| y.fract() != 0.0 || **y < 0.0 || **y >= classes as f64;
+        if let Some(y) = y.iter().find(foreign) {
+            return Err(format!("{y} is no index of {classes} classes"));
+        }
+    }
+    Ok(Dataset { form: Form { input, target, classes }, x, y })
 }
 
 fn tensors(bytes: &[u8]) -> Result<Columns, String> {
@@ -75,18 +94,37 @@ mod tests {
     use super::*;
 
     fn read(name: &str, bytes: &[u8]) -> Result<Dataset, String> {
+        read_as(name, bytes, 0)
+    }
+
+    fn read_as(name: &str, bytes: &[u8], classes: usize) -> Result<Dataset, String> {
         let outputs = Outputs { files: [(name.to_owned(), bytes.to_vec())].into() };
-        let read = ReadDataset { outputs: One(outputs), name: name.to_owned() };
+        let read = ReadDataset { outputs: One(outputs), name: name.to_owned(), classes };
         read.run(&Ctx::new("read_dataset", 0, None)).map_err(|error| error.to_string())
     }
 
     #[test]
     fn every_way_of_writing_it_is_read() {
-        let data = Dataset { x: vec![0.1, -2.0], y: vec![1e-9, 3.0] };
+        let data = Dataset::pairs(vec![0.1, -2.0], vec![1e-9, 3.0]);
         let columns = [("x", data.x.as_slice()), ("y", &data.y)];
         assert_eq!(read("d.csv", &csv::write(&columns)).as_ref(), Ok(&data));
-        assert_eq!(read("d.npz", &npz::write(&columns)).as_ref(), Ok(&data));
+        let arrays = columns.map(|(name, values)| (name, &[2][..], values));
+        assert_eq!(read("d.npz", &npz::write(&arrays)).as_ref(), Ok(&data));
+        let arrays = columns.map(|(name, values)| (name, &[2, 1][..], values));
+        assert_eq!(read("d.npz", &npz::write(&arrays)).as_ref(), Ok(&data));
         assert_eq!(read("d.safetensors", &data.encode()).as_ref(), Ok(&data));
+    }
+
+    #[test]
+    fn images_of_classes_keep_their_shape() {
+        let form = Form { input: vec![1, 2, 3], target: vec![], classes: Some(3) };
+        let x = (0..12).map(f64::from).collect();
+        let data = Dataset { form, x, y: vec![2.0, 0.0] };
+        let file = npz::write(&[("x", &[2, 1, 2, 3], &data.x), ("y", &[2], &data.y)]);
+        assert_eq!(read_as("d.npz", &file, 3).as_ref(), Ok(&data));
+        assert_eq!(read_as("d.safetensors", &data.encode(), 3).as_ref(), Ok(&data));
+        let why = read_as("d.npz", &file, 2).unwrap_err();
+        assert!(why.contains("2 is no index of 2 classes"), "{why}");
     }
 
     #[test]
@@ -98,7 +136,7 @@ mod tests {
         check("d.csv", b"x,z\n1,2\n", "it has `x` and `y`, and not x, z");
         check("d.csv", b"x,y\n1,NaN\n", "it has finite numbers, and not NaN");
         check("d.npz", b"PK", "it is no zip archive, or a damaged one");
-        let uneven = npz::write(&[("x", &[1.0]), ("y", &[1.0, 2.0])]);
+        let uneven = npz::write(&[("x", &[1], &[1.0]), ("y", &[2], &[1.0, 2.0])]);
         check("d.npz", &uneven, "there are 1 of `x` and 2 of `y`");
         assert!(read("d.safetensors", b"{}").is_err());
     }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use ivx_op::{Artifact as _, Ctx, Data, One, Op, OpError, declare, kind_of, read_tensors};
 
 use super::{output, wrong};
-use crate::artifact::{Model, NetModel, Outputs};
-use crate::nn;
+use crate::artifact::{Form, Head, Model, NetModel, Outputs};
+use crate::nn::{self, Curve, Module};
 
 declare! {
     /// The model that a program wrote as `.safetensors`: one that `as_file` gave it, or one of these.
@@ -15,7 +15,7 @@ declare! {
     /// - A network has the arrays `0.weight` of shape `[in, out]`, `0.bias`, `1.weight` and so on,
     ///   and the metadata `activation` with the name of what follows each hidden layer. Numbers are
     ///   rounded to single precision.
-    pub struct ReadModel = "read_model" @ 1 -> Model {
+    pub struct ReadModel = "read_model" @ 2 -> Model {
         /// What `command` left behind.
         outputs: One<Outputs>;
         /// The file's name.
@@ -54,22 +54,30 @@ fn model(
         }
         return Ok(Model::Polynomial(theta));
     }
-    let activation = metadata.get("activation").cloned().unwrap_or_default();
-    let mut hidden = Vec::new();
+    let activation = metadata.get("activation").map_or("", String::as_str);
+    let curve = nn::curve(activation)?;
+    let mut layers = Vec::new();
     let mut params = Vec::new();
     #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
     let narrow = |values: Vec<f64>| values.into_iter().map(|x| x as f32).collect();
     for (name, data) in arrays {
         let (shape, values) = wide(&name, data)?;
         if let Some(layer) = name.strip_suffix(".weight").and_then(|layer| layer.parse().ok()) {
-            hidden.push((layer, shape.last().copied().unwrap_or_default()));
+            let [inputs, outputs] = shape[..] else {
+                return Err(format!("`{name}` has the shape [in, out], and not {shape:?}"));
+            };
+            layers.push((layer, Module::Dense { inputs, outputs, curve }));
         }
         params.push((name, shape, narrow(values)));
     }
-    hidden.sort_unstable();
-    hidden.pop();
-    let hidden = hidden.into_iter().map(|(_, width): (usize, _)| width).collect();
-    Ok(Model::Net(NetModel { hidden, activation, prior_scale: 0.0, params }))
+    layers.sort_unstable_by_key(|(layer, _): &(usize, _)| *layer);
+    let mut layers: Vec<Module> = layers.into_iter().map(|(_, layer)| layer).collect();
+    match layers.last_mut() {
+        Some(Module::Dense { curve, .. }) => *curve = Curve::Identity,
+        _ => return Err("a network has the arrays `0.weight` and `0.bias`".to_owned()),
+    }
+    let (module, form, head) = (Module::Sequence(layers), Form::default(), Head::Mean);
+    Ok(Model::Net(NetModel { module, form, head, prior_scale: 0.0, params }))
 }
 
 /// The numbers in double precision.
@@ -123,15 +131,17 @@ mod tests {
             ("1.bias", array(&[1], &[-1.0])),
         ];
         check(&net, "relu", Ok(9.0));
-        check(&net, "sine", Err("one of elu, relu, sigmoid, silu, softplus, tanh"));
+        check(&net, "sine", Err("one of elu, identity, relu, relu6, sigmoid"));
         check(&net[..3], "relu", Err("the array `1.bias` of shape [1] is not there"));
-        check(&net[..2], "relu", Err("of shape [1, 1] is not there"));
+        check(&net[..2], "relu", Err("it puts out 2 numbers, and its targets take 1"));
         let mut turned = net.clone();
         turned[0].1 = array(&[2, 1], &[1.0, -1.0]);
-        check(&turned, "relu", Err("the array `0.weight` of shape [1, 1] is not there"));
+        check(&turned, "relu", Err("a layer for 2 numbers takes no 1"));
+        turned[0].1 = array(&[2], &[1.0, -1.0]);
+        check(&turned, "relu", Err("`0.weight` has the shape [in, out], and not [2]"));
         let more = [&net[..], &[("scale", array(&[1], &[1.0]))]].concat();
         check(&more, "relu", Err("the array `scale` belongs to no layer"));
-        check(&[], "relu", Err("is not there"));
+        check(&[], "relu", Err("a network has the arrays `0.weight` and `0.bias`"));
     }
 
     #[test]
@@ -140,11 +150,21 @@ mod tests {
         let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
         let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
         assert_eq!(read.run(&Ctx::new("read_model", 0, None)), Ok(own));
-        let (hidden, activation, params) = (vec![usize::MAX], "relu".to_owned(), Vec::new());
-        let own = Model::Net(NetModel { hidden, activation, prior_scale: 1.0, params });
-        let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
-        let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
-        let why = read.run(&Ctx::new("read_model", 0, None)).unwrap_err().to_string();
-        assert!(why.contains("is not there"), "{why}");
+        let hostile = |units, expected: &str| {
+            let module = Module::Sequence(vec![
+                Module::Lstm { inputs: 1, units },
+                Module::Last,
+                Module::Dense { inputs: units, outputs: 1, curve: Curve::Identity },
+            ]);
+            let (form, head) = (Form { input: vec![2, 1], ..Form::default() }, Head::Mean);
+            let net = NetModel { module, form, head, prior_scale: 1.0, params: Vec::new() };
+            let own = Model::Net(net);
+            let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
+            let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
+            let why = read.run(&Ctx::new("read_model", 0, None)).unwrap_err().to_string();
+            assert!(why.contains(expected), "{why}");
+        };
+        hostile(usize::MAX, "too large");
+        hostile(4, "`0.input_weight` of shape [1, 16] is not there");
     }
 }

@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::nn::graph::{Graph, Shape, Var};
 use crate::nn::matmul::{Matrix, multiply};
 use crate::nn::params::ParamId;
 use crate::nn::real::{Real, wide};
 
 /// How a kernel moves over an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Window {
     /// Rows and columns of the kernel.
     pub kernel: usize,

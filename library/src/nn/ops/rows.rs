@@ -209,12 +209,11 @@ impl<F: Real> Graph<F> {
         )
     }
 
-    /// The same numbers in items of another shape.
+    /// The same numbers in another shape.
     ///
     /// # Panics
-    /// If an item has not as many.
-    pub fn reshape(&self, x: Var, item: [usize; 3]) -> Var {
-        let shape = Shape { n: self.shape(x).n, item };
+    /// If it has not as many.
+    pub fn reshape(&self, x: Var, shape: Shape) -> Var {
         assert_eq!(shape.len(), self.shape(x).len(), "as many numbers in another shape");
         self.op(
             shape,

@@ -1,0 +1,122 @@
+//! Dropout as a posterior sampler.
+
+use ivx_op::{Ctx, Facts, MemberCount, One, Op, OpError, Shapes, declare};
+use rand::RngExt as _;
+
+use crate::artifact::Model;
+use crate::nn::ArrayOf;
+
+declare! {
+    /// Members drawn from one network by dropout (Gal and Ghahramani, 2016): each leaves out numbers
+    /// of its own, the same for every input, and so is one function.
+    ///
+    /// They are an ensemble as that of `ensemble`, at the price of one training. The network has `dropout`
+    /// layers; what is kept is scaled up as in training.
+    pub struct McDropout = "mc_dropout" @ 1, stochastic -> Model {
+        /// The network.
+        model: One<Model>;
+        /// How many members `K` there are.
+        members: MemberCount = 8, in 1.0..;
+    }
+    shapes as_model;
+}
+
+fn as_model(facts: &Facts<'_>) -> Option<Shapes> {
+    facts.shapes("model").cloned()
+}
+
+impl Op for McDropout {
+    fn run(&self, ctx: &Ctx) -> Result<Model, OpError> {
+        let MemberCount = self.members;
+        let Model::Net(net) = &*self.model else { return Err(no_dropout()) };
+        let rates = net.module.dropout_rates();
+        if rates.is_empty() {
+            return Err(no_dropout());
+        }
+        let mut net = net.clone();
+        net.module = net.module.masked();
+        let mut rng = ctx.rng("masks", &[]);
+        let masks = net.module.arrays().into_iter().filter(ArrayOf::is_mask);
+        for (mask, rate) in masks.zip(rates) {
+            let n = mask.shape.iter().product();
+            #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
+            let kept = (1.0 / (1.0 - rate)) as f32;
+            let draw = || if rng.random::<f64>() < rate { 0.0 } else { kept };
+            let values: Vec<f32> = std::iter::repeat_with(draw).take(n).collect();
+            if net.prior_scale != 0.0 {
+                // A prior network is a fixed function, of which nothing is left out.
+                net.params.push((format!("prior.{}", mask.name), mask.shape.clone(), vec![1.0; n]));
+            }
+            net.params.push((mask.name, mask.shape, values));
+        }
+        net.params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
+        Ok(Model::Net(net))
+    }
+}
+
+fn no_dropout() -> OpError {
+    let why = "the model has no `dropout` layer to draw members by";
+    OpError::Failed(why.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_op::{Lit, Part};
+
+    use super::*;
+    use crate::artifact::Dataset;
+    use crate::learner::learners;
+    use crate::math::moments::{mean, std};
+    use crate::registry;
+
+    fn trained(rate: f64, steps: u64) -> Model {
+        let dense = Part::new("dense").with("units", 64_i64).with("activation", Part::new("relu"));
+        let dropout = Part::new("dropout").with("rate", rate);
+        let layers: Vec<Lit> = vec![dense.into(), dropout.into()];
+        let net = Part::new("sequence").with("layers", Lit::List(layers));
+        let rate = Part::new("linear").with("from", 0.01).with("to", 0.0);
+        let optimiser = Part::new("adam").with("lr", rate);
+        let part = Part::new("map_estimate").with("net", net).with("optimiser", optimiser);
+        let learner = learners().build(&registry().complete(&part)).unwrap();
+        let x: Vec<f64> = (0..41).map(|i| f64::from(i) / 20.0 - 1.0).collect();
+        let data = Dataset::pairs(x.clone(), x.iter().map(|x| (3.0 * x).sin()).collect());
+        learner.train(&data, steps, &Ctx::new("train", 0, None)).unwrap()
+    }
+
+    fn member(model: &Model, k: u64) -> Result<Model, OpError> {
+        let sample = McDropout { model: One(model.clone()), members: MemberCount };
+        sample.run(&Ctx::new("mc_dropout", 0, Some(k)))
+    }
+
+    #[test]
+    fn members_differ_and_their_mean_is_the_network() {
+        let model = trained(0.1, 500);
+        let at = [-0.5, 0.5, 3.0];
+        let members: Vec<Vec<f64>> =
+            (0..400).map(|k| member(&model, k).unwrap().predict(&at)).collect();
+        let of = |i: usize| members.iter().map(|values| values[i]).collect::<Vec<f64>>();
+        for (i, whole) in model.predict(&at).into_iter().enumerate() {
+            // Behind the dropout the network is linear, so that its mean is exact but for sampling.
+            let spread = std(&of(i));
+            assert!(spread > 1e-3);
+            assert!((mean(&of(i)) - whole).abs() < 4.0 * spread / 20.0, "at {}", at[i]);
+        }
+        assert!(std(&of(2)) > 2.0 * std(&of(1)), "less is known far from the data");
+        assert_eq!(member(&model, 3), member(&model, 3));
+    }
+
+    #[test]
+    fn nothing_is_left_out_at_rate_0() {
+        let model = trained(0.0, 3);
+        let at = [0.1, 0.2];
+        assert_eq!(member(&model, 5).unwrap().predict(&at), model.predict(&at));
+    }
+
+    #[test]
+    fn others_have_no_members() {
+        let why = member(&Model::Polynomial(vec![1.0]), 0).unwrap_err().to_string();
+        assert_eq!(why, "the model has no `dropout` layer to draw members by");
+        let drawn = member(&trained(0.1, 0), 0).unwrap();
+        assert!(member(&drawn, 1).is_err(), "what is left out is drawn once");
+    }
+}
