@@ -61,6 +61,29 @@ fn the_thesis_runs_at_its_smallest() {
 }
 
 #[test]
+fn networks_run_at_their_smallest() {
+    let project = Project::with(&[]);
+    for (name, text) in specs() {
+        project.write(&name, &text);
+    }
+    let smallest = [
+        "glyphs.n=9",
+        "glyphs.steps=2",
+        "glyphs.seeds=1",
+        "copying.n=5",
+        "copying.steps=2",
+        "copying.seeds=1",
+        "posteriors.members=2",
+        "posteriors.steps=3",
+        "posteriors.seeds=2",
+    ];
+    let sets: Vec<&str> = smallest.iter().flat_map(|set| ["--set", set]).collect();
+    assert!(project.executed("networks.ivx", &sets) > 20);
+    assert_eq!(project.executed("networks.ivx", &sets), 0);
+    assert!(project.read("results/networks/figures/glyphs.svg").starts_with("<svg"));
+}
+
+#[test]
 fn the_tables_of_example_2_1_are_as_published() {
     let project = Project::with(&[]);
     for (name, text) in specs() {

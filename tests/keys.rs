@@ -207,7 +207,7 @@ impl Experiment {
             let args = vec![("learner", learner), ("on", Term::Bound(0)), ("steps", number(steps))];
             Term::Call("train", args)
         };
-        let net = Term::Call("map_estimate", vec![("noise", plain("0.2"))]);
+        let net = Term::Call("map_estimate", vec![("batch", plain("2"))]);
         let ensemble = Term::Call("ensemble", vec![("learner", net), ("members", number(2))]);
         vec![
             sample(self.n, "main"),

@@ -39,7 +39,7 @@ fn a_parameter_is_told_with_who_set_it() {
         .replace("n: 8)", "n: n)")
         .replace("axis seed", "profile quick { n = 10 }\n    axis seed");
     project.write("small.ivx", &text);
-    let head = "run      small/data[seed=0]  (sample)\nthe nearest earlier record of this node:\n  small/data[seed=0], sample@1\n";
+    let head = "run      small/data[seed=0]  (sample)\nthe nearest earlier record of this node:\n  small/data[seed=0], sample@2\n";
     let said = |rest: &[&str]| why(&project, "small/data[seed=0]", rest);
     let by = |value, by| format!("{head}- `sample.n` was 8, is {value} (`small.n`, by {by})");
     assert_eq!(said(&[]), by(10, "profile `quick`"));
@@ -108,7 +108,7 @@ fn what_is_known_is_told_with_its_record() {
     let data = "small/data[seed=1]";
     let said = project.run("why", "small.ivx", &[data]);
     let known =
-        format!("hit      {data}  (sample)\nits result is known:\n  {data}, sample@1, made in ");
+        format!("hit      {data}  (sample)\nits result is known:\n  {data}, sample@2, made in ");
     assert!(said.out.starts_with(&known), "{}", said.out);
     assert!(said.out.contains("  by this build of the library, on "), "{}", said.out);
     let told = json(&project, data, &[]);

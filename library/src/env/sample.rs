@@ -11,7 +11,7 @@ declare! {
     /// Actions drawn uniformly from a region, and their rewards with Gaussian noise (Eqn. 2.17a).
     ///
     /// Fewer pairs are the first of more, whatever the noise.
-    pub struct Sample = "sample" @ 1, stochastic -> Dataset {
+    pub struct Sample = "sample" @ 2, stochastic -> Dataset {
         /// The reward curve.
         reward: Box<dyn Reward>;
         /// How many pairs.

@@ -20,7 +20,10 @@ pub(crate) fn told(form: &Form) -> String {
     let input = nn::told(&form.input);
     match form.classes {
         Some(n) if form.target.is_empty() => format!("{input} with {n} classes"),
-        Some(n) => format!("{input} with {} of {n} classes", nn::told(&form.target)),
+        Some(n) => {
+            let sizes: Vec<String> = form.target.iter().map(usize::to_string).collect();
+            format!("{input} with {} targets of {n} classes", sizes.join(" × "))
+        }
         None => format!("{input} with {}", nn::told(&form.target)),
     }
 }
