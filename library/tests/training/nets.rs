@@ -11,7 +11,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
 type Loss = Box<dyn Fn(&Graph<f32>, u64) -> Var>;
-type Make = fn(u64) -> Task;
+pub(crate) type Make = fn(u64) -> Task;
 
 /// Parameters, and a loss of them at each step.
 pub(crate) struct Task {
