@@ -25,6 +25,7 @@ mod records;
 mod report;
 mod reruns;
 mod stores;
+mod tensors;
 mod tidy;
 mod values;
 mod versions;

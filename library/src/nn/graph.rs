@@ -48,6 +48,10 @@ impl Shape {
     }
 }
 
+/// How many operations a tape of dfdx has, which keeps no room from pass to pass: with the one
+/// that starts it there are 32, in less than a kilobyte.
+const TAPE: usize = 31;
+
 /// A value of the pass at hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Var(usize);
@@ -124,7 +128,9 @@ impl<F: Real> Arena<F> {
 #[derive(Debug)]
 pub struct Graph<F: Real> {
     arena: Rc<RefCell<Arena<F>>>,
-    tape: RefCell<OwnedTape<F, Cpu>>,
+    /// What undoes the pass, from its beginning, on tapes of [`TAPE`] operations.
+    tapes: RefCell<Vec<OwnedTape<F, Cpu>>>,
+    recorded: Cell<usize>,
     records: Cell<bool>,
     trains: Cell<bool>,
 }
@@ -136,7 +142,8 @@ impl<F: Real> Graph<F> {
         let arena = Arena { slots: Vec::new(), used: 0, params };
         Self {
             arena: Rc::new(RefCell::new(arena)),
-            tape: RefCell::default(),
+            tapes: RefCell::default(),
+            recorded: Cell::new(0),
             records: Cell::new(true),
             trains: Cell::new(true),
         }
@@ -144,7 +151,7 @@ impl<F: Real> Graph<F> {
 
     /// Begins a pass: values of the one before are gone, and gradients are none.
     pub fn begin(&self) {
-        self.tape.take();
+        self.forget();
         let mut arena = self.arena.borrow_mut();
         arena.used = 0;
         arena.params.forget_grads();
@@ -256,8 +263,15 @@ impl<F: Real> Graph<F> {
             });
         }
         // dfdx runs a tape from a scalar of its own; ours is where the gradient starts.
-        let start = Cpu::default().tensor(F::zero()).put_tape(self.tape.take());
-        start.backward();
+        for tape in self.tapes.borrow_mut().drain(..).rev() {
+            Cpu::default().tensor(F::zero()).put_tape(tape).backward();
+        }
+        self.forget();
+    }
+
+    fn forget(&self) {
+        self.tapes.borrow_mut().clear();
+        self.recorded.set(0);
     }
 
     /// A buffer for what an operation keeps between forward and backward pass, filled by
@@ -285,7 +299,13 @@ impl<F: Real> Graph<F> {
         if learns {
             let arena = Rc::clone(&self.arena);
             let frozen = !self.trains.get();
-            self.tape.borrow_mut().add_backward_op(move |_| {
+            let mut tapes = self.tapes.borrow_mut();
+            let place = self.recorded.replace(self.recorded.get() + 1);
+            if place.is_multiple_of(TAPE) {
+                tapes.push(OwnedTape::default());
+            }
+            let tape = tapes.last_mut().expect("the first operation began one");
+            tape.add_backward_op(move |_| {
                 let mut arena = arena.borrow_mut();
                 let slot = &mut arena.slots[var.0];
                 if slot.touched {

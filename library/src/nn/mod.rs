@@ -21,6 +21,7 @@ mod optimiser;
 mod params;
 mod real;
 mod schedule;
+mod target;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
 pub use clip::{ClipNorm, ClipValue};
@@ -36,6 +37,7 @@ pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};
 pub use real::Real;
 pub use schedule::{Constant, Cosine, Linear, Schedule, WarmUp};
+pub use target::Follow;
 
 use ivx_op::Registry;
 

@@ -75,15 +75,16 @@ pub fn adam<F: Float>(
     let root = real::<F>(1.0 / (1.0 - rule.beta2.powi(n)).sqrt());
     let [keep1, keep2, eps] = [rule.beta1, rule.beta2, rule.eps].map(real::<F>);
     let [new1, new2] = [1.0 - rule.beta1, 1.0 - rule.beta2].map(real::<F>);
-    // Both pulls as one line: η (weight_decay θ + l2 (θ - centre)) = decay θ - shift.
+    // The pulls: η (weight_decay θ + l2 (θ - centre)) = decay θ - shift, and that at the kink.
     let Pull { l2, l1, centre } = rule.pull;
     let decay = real::<F>(rule.lr * (l2 + rule.weight_decay));
     let shift = real::<F>(rule.lr * (l2 * centre));
     let (kink, centre) = (real::<F>(rule.lr * l1), real::<F>(centre));
     let moments = moments.first.iter_mut().zip(&mut moments.second);
+    // By `move`, the numbers are seen to lie apart from the arrays: or the loop is run one by one.
     wide(
         #[inline(always)]
-        || {
+        move || {
             for ((p, &g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
                 *m = keep1 * *m + new1 * g;
                 *v = keep2 * *v + new2 * g * g;
@@ -194,18 +195,24 @@ pub fn target_update<F: Float>(target: &mut [F], online: &[F], tau: f64) {
 /// Adds a pull to the gradients, for rules that do not decouple it.
 pub fn add_pull<F: Float>(pull: Pull, params: &[F], grads: &mut [F]) {
     let [l2, l1, centre] = [pull.l2, pull.l1, pull.centre].map(real::<F>);
-    for (g, &p) in grads.iter_mut().zip(params) {
-        *g = *g + l2 * (p - centre);
-        if pull.l1 != 0.0 {
-            *g = *g + l1 * sign(p - centre);
-        }
+    if pull.l2 != 0.0 {
+        grads.iter_mut().zip(params).for_each(|(g, &p)| *g = *g + l2 * (p - centre));
+    }
+    if pull.l1 != 0.0 {
+        grads.iter_mut().zip(params).for_each(|(g, &p)| *g = *g + l1 * sign(p - centre));
     }
 }
 
 /// The slope of `|x|`; 0 at its kink.
 #[inline(always)]
 fn sign<F: Float>(x: F) -> F {
-    if x == F::zero() { x } else { x.signum() }
+    if x > F::zero() {
+        F::one()
+    } else if x < F::zero() {
+        -F::one()
+    } else {
+        F::zero()
+    }
 }
 
 fn real<F: Float>(x: f64) -> F {

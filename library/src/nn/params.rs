@@ -118,6 +118,13 @@ impl<F: Real> Params<F> {
         self.arrays.iter().map(|array| Moments::zeros(n(array))).collect()
     }
 
+    /// The numbers of one array, and those of another to be changed.
+    pub(super) fn pair(&mut self, one: ParamId, other: ParamId) -> (&[F], &mut [F]) {
+        let both = self.arrays.get_disjoint_mut([one.0, other.0]);
+        let [one, other] = both.expect("they are two arrays");
+        (&one.value, &mut other.value)
+    }
+
     pub(super) fn learns(&self, id: ParamId) -> bool {
         self.arrays[id.0].learns
     }

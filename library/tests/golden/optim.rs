@@ -1,19 +1,21 @@
 //! Optimisers, in double precision (torch, optax).
 
 use ivx_library::nn::optim::{
-    self, Moments, Pull, RmsProp, clip_global_norm, global_norm, target_update,
+    self, Moments, Pull, RmsProp, clip_global_norm, clip_value, global_norm, target_update,
 };
-use ivx_library::nn::{Constant, Linear, Schedule};
+use ivx_library::nn::{Constant, Cosine, Linear, Schedule, WarmUp};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, numbers, rows};
 
 #[test]
 fn golden_optimisers_agree() {
-    check("optim_adam_adamw", |case, path| {
-        let ours = run(case);
-        path.iter().try_fold(&ours, |value, key| value.get(key)).cloned()
-    });
+    for topic in ["optim_adam_adamw", "optim_schedules_clips"] {
+        check(topic, |case, path| {
+            let ours = run(case);
+            path.iter().try_fold(&ours, |value, key| value.get(key)).cloned()
+        });
+    }
 }
 
 fn run(case: &Case) -> Value {
@@ -23,6 +25,8 @@ fn run(case: &Case) -> Value {
         "sgd" => sgd(&inputs),
         "rmsprop" => rmsprop(&inputs),
         "target_update" => polyak(&inputs),
+        "schedule" => schedule(&inputs),
+        "clipped" => clipped(&inputs),
         other => panic!("{}: no code for the kind `{other}`", case.name),
     }
 }
@@ -140,4 +144,47 @@ fn polyak(inputs: &Inputs<'_>) -> Value {
     let mut target = inputs.vector("target");
     target_update(&mut target, &inputs.vector("online"), inputs.required("tau"));
     json!({ "target_new": target })
+}
+
+/// The rates of a whole training, and of steps after it.
+fn schedule(inputs: &Inputs<'_>) -> Value {
+    inputs.are(&["steps", "warm_up", "cosine", "linear"]);
+    let count = |name: &str| inputs.0.inputs[name].as_u64().expect("steps are counted");
+    let ends = |name: &str| match inputs.0.inputs[name].as_array() {
+        Some(_) => <[f64; 2]>::try_from(inputs.vector(name)).ok(),
+        None => None,
+    };
+    let then: Box<dyn Schedule> = match (ends("cosine"), ends("linear")) {
+        (Some([from, to]), None) => Box::new(Cosine { from, to }),
+        (None, Some([from, to])) => Box::new(Linear { from, to }),
+        other => panic!("{}: one schedule, not {other:?}", inputs.0.name),
+    };
+    let (steps, warm_up) = (count("steps"), count("warm_up"));
+    let schedule = if warm_up == 0 { then } else { Box::new(WarmUp { steps: warm_up, then }) };
+    json!({ "values": (0..steps + 3).map(|t| schedule.at(t, steps)).collect::<Vec<_>>() })
+}
+
+/// Order of an update: clip, pull, momentum.
+fn clipped(inputs: &Inputs<'_>) -> Value {
+    inputs.are(&["params", "grads", "lr", "momentum", "l2", "clip_norm", "clip_value"]);
+    let (lr, momentum) = (inputs.required("lr"), inputs.required("momentum"));
+    let pull = Pull { l2: inputs.required("l2"), ..Pull::NONE };
+    let mut params = inputs.matrix("params");
+    let mut velocities: Vec<_> = params.iter().map(|array| vec![0.0; array.len()]).collect();
+    let steps = inputs.0.inputs["grads"].as_array().expect("a list of steps");
+    let path = steps.iter().map(rows).map(|mut grads| {
+        if let Some(limit) = inputs.number("clip_value") {
+            clip_value(grads.iter_mut().map(Vec::as_mut_slice), limit);
+        }
+        if let Some(limit) = inputs.number("clip_norm") {
+            let norm = global_norm(grads.iter().map(Vec::as_slice));
+            clip_global_norm(grads.iter_mut().map(Vec::as_mut_slice), norm, limit);
+        }
+        for ((params, grads), velocity) in params.iter_mut().zip(&mut grads).zip(&mut velocities) {
+            optim::add_pull(pull, params, grads);
+            optim::sgd(lr, momentum, params, grads, velocity);
+        }
+        params.concat()
+    });
+    json!({ "params_after_each_step": path.collect::<Vec<_>>() })
 }

@@ -1,0 +1,5 @@
+//! Trainings on passes of a graph: the same bits however they run, and known answers found.
+
+mod determinism;
+mod known;
+mod nets;
