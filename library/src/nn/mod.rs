@@ -17,6 +17,7 @@ mod optimiser;
 mod params;
 mod real;
 mod schedule;
+mod thin;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh};
 pub use curve::Curve;
