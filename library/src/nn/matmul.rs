@@ -58,9 +58,9 @@ pub(super) fn multiply<F: Real>(a: Matrix<'_, F>, b: Matrix<'_, F>, add: bool, o
             #[inline(always)]
             || dots(a.values, b.values, add, out),
         );
-    } else if !a.transposed && b.transposed && Thin::<F>::pays(rows, inner, cols) {
-        let (a, b) = (a.values, b.values);
-        Arch::new().dispatch(Thin { a, b, inner, add, out });
+    } else if !a.transposed && Thin::<F>::pays(rows, inner, cols) {
+        let (a, b, transposed) = (a.values, b.values, b.transposed);
+        Arch::new().dispatch(Thin { a, b, inner, transposed, add, out });
     } else {
         F::product(MatMut::from_row_major_slice_mut(out, rows, cols), add, a.view(), b.view());
     }
@@ -111,7 +111,7 @@ mod tests {
             (9, 12, 20),
             (1, 12, 9),
             (32, 64, 6),
-            (32, 512, 512),
+            (32, 1024, 512),
         ] {
             // Small whole numbers, so that sums are exact.
             let whole = |n: usize, seed: usize| -> Vec<f32> {
