@@ -6,10 +6,11 @@ mod nets;
 use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
-use ivx_library::artifact::Dataset;
-use ivx_library::learner::{Learner as _, MapEstimate, Normal};
-use ivx_library::nn::{Mlp, Tanh};
-use ivx_op::{Artifact as _, Ctx};
+use ivx_library::artifact::{Dataset, Form};
+use ivx_library::env::{Copying, Glyphs, Task};
+use ivx_library::learner::{Learner, MapEstimate, Normal};
+use ivx_library::nn::{Mlp, Squared, Tanh};
+use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, Part};
 use nets::{TASKS, Training};
 use tracking_allocator::{
     AllocationGroupId, AllocationGroupToken, AllocationRegistry, AllocationTracker, Allocator,
@@ -26,6 +27,8 @@ static GROUP: AtomicUsize = AtomicUsize::new(0);
 static LIVE: AtomicIsize = AtomicIsize::new(0);
 static PEAK: AtomicIsize = AtomicIsize::new(0);
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
+/// How many buffers above [`SMALL`] there were.
+static LARGE: AtomicUsize = AtomicUsize::new(0);
 
 /// Counts what is allocated while a test is counting, on its thread.
 struct Counter;
@@ -34,6 +37,7 @@ impl AllocationTracker for Counter {
     fn allocated(&self, _: usize, size: usize, _: usize, group: AllocationGroupId) {
         if group.as_usize().get() == GROUP.load(SeqCst) {
             LARGEST.fetch_max(size, SeqCst);
+            LARGE.fetch_add(usize::from(size > SMALL), SeqCst);
             let live = LIVE.fetch_add(size.cast_signed(), SeqCst) + size.cast_signed();
             PEAK.fetch_max(live, SeqCst);
         }
@@ -67,6 +71,7 @@ fn counted<R>(run: impl FnOnce() -> R) -> R {
     LIVE.store(0, SeqCst);
     PEAK.store(0, SeqCst);
     LARGEST.store(0, SeqCst);
+    LARGE.store(0, SeqCst);
     let _guard = group.enter();
     run()
 }
@@ -105,18 +110,71 @@ fn steps_after_the_first_allocate_no_buffer_and_nothing_that_stays() {
     }
 }
 
+/// Networks as a spec describes them, on batches of their data.
+fn described() -> [(Part, Dataset); 3] {
+    let list = |parts: Vec<Part>| {
+        let parts = parts.into_iter().map(Lit::from).collect();
+        Part::new("sequence").with("layers", Lit::List(parts))
+    };
+    let drawn = |task: &dyn Task| {
+        let mut rng = Ctx::new("examples", 0, None).rng("examples", &[]);
+        let mut data = Dataset { form: task.form(), ..Dataset::default() };
+        for _ in 0..20 {
+            let (x, y) = task.draw(&mut rng);
+            data.x.extend(x);
+            data.y.extend(y);
+        }
+        data
+    };
+    let block = Part::new("inverted_residual").with("channels", 300_i64);
+    let images = list(vec![
+        Part::new("conv").with("channels", 8_i64),
+        block,
+        Part::new("max_pool"),
+        Part::new("flatten"),
+        Part::new("layer_norm"),
+        Part::new("dropout"),
+    ]);
+    let sequences = list(vec![Part::new("lstm").with("units", 8_i64), Part::new("gru")]);
+    [
+        (images, drawn(&Glyphs { noise: 0.1 })),
+        (Part::new("impala"), drawn(&Glyphs { noise: 0.1 })),
+        (sequences, drawn(&Copying { length: 2, delay: 60, symbols: 3 })),
+    ]
+}
+
+#[test]
+fn more_steps_take_no_more_buffers() {
+    let registry = ivx_library::registry();
+    for (net, data) in described() {
+        let learner = Part::new("map_estimate")
+            .with("net", net.clone())
+            .with("loss", Part::new("cross_entropy"))
+            .with("batch", 8_i64);
+        let learner = Lit::from(registry.complete(&learner));
+        let learner = Box::<dyn Learner>::from_lit(&learner).expect("it is a learner");
+        let large = |steps| {
+            counted(|| {
+                learner.train(&data, steps, &Ctx::new("train", 0, None)).expect("there are data");
+                LARGE.load(SeqCst)
+            })
+        };
+        large(1);
+        assert_eq!(large(3), large(9), "{net}");
+    }
+}
+
 /// The most bytes that training and encoding a member holds at once, and what it is foreseen to.
 fn peak_and_estimate(hidden: &[usize], n: u32) -> (f64, f64) {
     let learner = MapEstimate {
         net: Box::new(Mlp { hidden: hidden.to_vec(), activation: Box::new(Tanh {}) }),
         prior: Box::new(Normal { mean: 0.0, std: 1.0 }),
-        noise: 0.1,
+        loss: Box::new(Squared { noise: 0.1 }),
+        batch: 0,
         optimiser: nets::optimiser(),
     };
-    let data = Dataset {
-        x: (0..n).map(f64::from).collect(),
-        y: (0..n).map(|i| f64::from(i % 2)).collect(),
-    };
+    let x = (0..n).map(f64::from).collect();
+    let data = Dataset::pairs(x, (0..n).map(|i| f64::from(i % 2)).collect());
     let run = || {
         let model = learner.train(&data, 3, &Ctx::new("train", 0, None)).expect("there are data");
         std::hint::black_box(model.encode());
@@ -128,7 +186,7 @@ fn peak_and_estimate(hidden: &[usize], n: u32) -> (f64, f64) {
         PEAK.load(SeqCst)
     });
     let bytes = |n: u64| f64::from(u32::try_from(n).expect("it is below 4 GB"));
-    (bytes(peak.cast_unsigned() as u64), bytes(learner.memory(16 * u64::from(n))))
+    (bytes(peak.cast_unsigned() as u64), bytes(learner.memory(&Form::default(), u64::from(n))))
 }
 
 /// Of parameters and moments, and of activations: now these are the most, now those.

@@ -349,6 +349,14 @@ impl<F: Real> Graph<F> {
         var
     }
 
+    /// Replaces each number of a parameter by what `f` makes of it and the number of a value.
+    pub(super) fn remember(&self, of: Var, id: ParamId, f: impl Fn(F, F) -> F) {
+        let mut arena = self.arena.borrow_mut();
+        let Arena { slots, params, .. } = &mut *arena;
+        let kept = params.value_mut(id).iter_mut();
+        kept.zip(&slots[of.0].value).for_each(|(kept, &x)| *kept = f(*kept, x));
+    }
+
     /// Where the buffers of values lie, to see that they stay there.
     #[cfg(test)]
     pub(super) fn places(&self) -> Vec<*const F> {

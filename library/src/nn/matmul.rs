@@ -4,8 +4,10 @@
 //! dfdx's would.
 
 use faer::{MatMut, MatRef};
+use pulp::Arch;
 
 use super::real::{Real, wide};
+use super::thin::Thin;
 
 /// A row-major matrix, as it lies in memory or transposed.
 #[derive(Clone, Copy)]
@@ -56,6 +58,9 @@ pub(super) fn multiply<F: Real>(a: Matrix<'_, F>, b: Matrix<'_, F>, add: bool, o
             #[inline(always)]
             || dots(a.values, b.values, add, out),
         );
+    } else if !a.transposed && Thin::<F>::pays(rows, inner, cols) {
+        let (a, b, transposed) = (a.values, b.values, b.transposed);
+        Arch::new().dispatch(Thin { a, b, inner, transposed, add, out });
     } else {
         F::product(MatMut::from_row_major_slice_mut(out, rows, cols), add, a.view(), b.view());
     }
@@ -106,6 +111,7 @@ mod tests {
             (9, 12, 20),
             (1, 12, 9),
             (32, 64, 6),
+            (32, 1024, 512),
         ] {
             // Small whole numbers, so that sums are exact.
             let whole = |n: usize, seed: usize| -> Vec<f32> {

@@ -22,6 +22,7 @@ mod params;
 mod real;
 mod schedule;
 mod target;
+mod thin;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
 pub use clip::{ClipNorm, ClipValue};

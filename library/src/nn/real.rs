@@ -6,9 +6,11 @@ use dfdx::prelude::Unit;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use num_traits::{Float, NumAssign};
+use pulp::Simd;
+use pulp::bytemuck::Pod;
 
 /// A number that networks are made of: `f32` or `f64`.
-pub trait Real: Float + NumAssign + Sum + Unit {
+pub trait Real: Float + NumAssign + Sum + Unit + Pod {
     /// The nearest number of this precision.
     fn of(x: f64) -> Self;
     /// This number in double precision.
@@ -21,6 +23,17 @@ pub trait Real: Float + NumAssign + Sum + Unit {
     fn hyperbolic_tangent(self) -> Self;
     /// Replaces `out` by the product of two matrices, or adds it, on one thread.
     fn product(out: MatMut<'_, Self>, add: bool, a: MatRef<'_, Self>, b: MatRef<'_, Self>);
+    /// What a vector register holds.
+    type Lanes<S: Simd>: Pod;
+    /// A number in all lanes.
+    fn lanes<S: Simd>(simd: S, x: Self) -> Self::Lanes<S>;
+    /// `x y + sum`, rounded once.
+    fn fused<S: Simd>(
+        simd: S,
+        x: Self::Lanes<S>,
+        y: Self::Lanes<S>,
+        sum: Self::Lanes<S>,
+    ) -> Self::Lanes<S>;
 }
 
 impl Real for f32 {
@@ -48,6 +61,23 @@ impl Real for f32 {
     fn product(out: MatMut<'_, Self>, add: bool, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
         matmul(out, if add { Accum::Add } else { Accum::Replace }, a, b, 1.0, Par::Seq);
     }
+
+    type Lanes<S: Simd> = S::f32s;
+
+    #[inline(always)]
+    fn lanes<S: Simd>(simd: S, x: Self) -> Self::Lanes<S> {
+        simd.splat_f32s(x)
+    }
+
+    #[inline(always)]
+    fn fused<S: Simd>(
+        simd: S,
+        x: Self::Lanes<S>,
+        y: Self::Lanes<S>,
+        sum: Self::Lanes<S>,
+    ) -> Self::Lanes<S> {
+        simd.mul_add_f32s(x, y, sum)
+    }
 }
 
 impl Real for f64 {
@@ -73,6 +103,23 @@ impl Real for f64 {
 
     fn product(out: MatMut<'_, Self>, add: bool, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
         matmul(out, if add { Accum::Add } else { Accum::Replace }, a, b, 1.0, Par::Seq);
+    }
+
+    type Lanes<S: Simd> = S::f64s;
+
+    #[inline(always)]
+    fn lanes<S: Simd>(simd: S, x: Self) -> Self::Lanes<S> {
+        simd.splat_f64s(x)
+    }
+
+    #[inline(always)]
+    fn fused<S: Simd>(
+        simd: S,
+        x: Self::Lanes<S>,
+        y: Self::Lanes<S>,
+        sum: Self::Lanes<S>,
+    ) -> Self::Lanes<S> {
+        simd.mul_add_f64s(x, y, sum)
     }
 }
 

@@ -139,7 +139,7 @@ fn conv_net(seed: u64) -> Task {
         let halves = Window { kernel: 2, stride: 2, padding: 0 };
         let features = graph.batch_norm(graph.conv2d(x, weight, Some(bias), same, 1), &norm);
         let pooled = graph.max_pool(graph.curve(features, Curve::Relu), halves);
-        let pooled = graph.reshape(pooled, [256, 1, 1]);
+        let pooled = graph.reshape(pooled, Shape::vectors(N, 256));
         let kept = graph.dropout(pooled, graph.input(Shape::vectors(N, 256), &mask), 0.2);
         let logits = graph.linear(kept, head.0, head.1, Curve::Identity);
         graph.mean(graph.cross_entropy(logits, graph.input(Shape::vectors(N, 1), &class)))

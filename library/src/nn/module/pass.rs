@@ -20,6 +20,8 @@ pub enum Mode<'a> {
 
 /// The share of a batch in the running statistics.
 const MOMENTUM: f64 = 0.1;
+/// How many steps are put side by side at once.
+const AT_ONCE: usize = 32;
 /// What is added to variances.
 const EPS: f64 = 1e-5;
 
@@ -162,7 +164,8 @@ impl<F: Real> Pass<'_, '_, F> {
             graph.filled(shape, |zeros| zeros.fill(F::zero()))
         };
         let (mut h, mut c) = (zeros(), zeros());
-        let mut outputs = Vec::with_capacity(steps);
+        // A few steps at once, so that no list is long.
+        let (mut outputs, mut rows) = (Vec::with_capacity(AT_ONCE), Vec::new());
         for t in 0..steps {
             let x = graph.columns(x, t * length, length);
             if matches!(module, Module::Gru { .. }) {
@@ -171,8 +174,12 @@ impl<F: Real> Pass<'_, '_, F> {
                 (h, c) = graph.lstm(x, (h, c), &cell);
             }
             outputs.push(h);
+            if outputs.len() == AT_ONCE || t + 1 == steps {
+                rows.push(graph.concat(&outputs));
+                outputs.clear();
+            }
         }
-        graph.concat(&outputs)
+        graph.concat(&rows)
     }
 }
 

@@ -9,6 +9,10 @@ use crate::nn::matmul::{Matrix, multiply};
 use crate::nn::params::ParamId;
 use crate::nn::real::{Real, wide};
 
+/// How many numbers of columns are kept from the forward to the backward pass: as many as a
+/// processor's cache holds.
+const KEPT: usize = 1 << 17;
+
 /// How a kernel moves over an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Window {
@@ -49,11 +53,6 @@ impl Window {
         self.under(place / across, rows).flat_map(move |y| xs.clone().map(move |x| y * cols + x))
     }
 
-    /// For each place along `len`, where the tap `k` lies; `None` outside the image.
-    fn tap(&self, place: usize, k: usize, len: usize) -> Option<usize> {
-        (place * self.stride + k).checked_sub(self.padding).filter(|i| *i < len)
-    }
-
     /// The places at which the tap `k` lies inside: from, to.
     fn inside(&self, k: usize, len: usize, places: usize) -> (usize, usize) {
         let from = self.padding.saturating_sub(k).div_ceil(self.stride);
@@ -90,20 +89,24 @@ impl Sizes {
 
     /// Calls `row(patch row, place, image, len)` for every run of places whose taps lie side by
     /// side in the image where the stride is 1.
+    #[inline(always)]
     fn runs(&self, mut row: impl FnMut(usize, usize, usize, usize)) {
-        let (k, stride) = (self.window.kernel, self.window.stride);
+        let Window { kernel, stride, padding } = self.window;
         let ([channels, rows, cols], [out_rows, out_cols]) = (self.image, self.places);
-        for tap in 0..channels * k * k {
-            let (c, ky, kx) = (tap / (k * k), tap / k % k, tap % k);
-            let (from, to) = self.window.inside(kx, cols, out_cols);
-            if from == to {
-                continue;
-            }
-            for y in 0..out_rows {
-                if let Some(in_y) = self.window.tap(y, ky, rows) {
-                    let in_x = from * stride + kx - self.window.padding;
-                    let image = (c * rows + in_y) * cols + in_x;
-                    row(tap, y * out_cols + from, image, to - from);
+        for ky in 0..kernel {
+            let (top, bottom) = self.window.inside(ky, rows, out_rows);
+            for kx in 0..kernel {
+                let (from, to) = self.window.inside(kx, cols, out_cols);
+                if from == to || top == bottom {
+                    continue;
+                }
+                let first = (top * stride + ky - padding) * cols + from * stride + kx - padding;
+                for c in 0..channels {
+                    let tap = (c * kernel + ky) * kernel + kx;
+                    for y in top..bottom {
+                        let image = c * rows * cols + first + (y - top) * stride * cols;
+                        row(tap, y * out_cols + from, image, to - from);
+                    }
                 }
             }
         }
@@ -111,12 +114,14 @@ impl Sizes {
 
     /// Patches as columns: `[patch, places]`.
     fn unfold<F: Real>(&self, image: &[F], columns: &mut [F]) {
-        columns.fill(F::zero());
+        if self.window.padding > 0 {
+            columns.fill(F::zero());
+        }
         let (n, stride) = (self.n_places(), self.window.stride);
         self.runs(|tap, place, from, len| {
             let out = &mut columns[tap * n + place..][..len];
             if stride == 1 {
-                out.copy_from_slice(&image[from..from + len]);
+                copy(&image[from..from + len], out);
             } else {
                 out.iter_mut().zip(image[from..].iter().step_by(stride)).for_each(|(y, &x)| *y = x);
             }
@@ -137,6 +142,18 @@ impl Sizes {
             }
         });
     }
+}
+
+/// Copies numbers, eight at a time: runs are so short that a call of the system's copy takes
+/// longer.
+#[inline(always)]
+fn copy<F: Real>(from: &[F], to: &mut [F]) {
+    let (eights, rest) = to.as_chunks_mut::<8>();
+    for (to, from) in eights.iter_mut().zip(from.as_chunks().0) {
+        *to = *from;
+    }
+    let done = from.len() - rest.len();
+    rest.iter_mut().zip(&from[done..]).for_each(|(to, &x)| *to = x);
 }
 
 impl<F: Real> Graph<F> {
@@ -164,7 +181,10 @@ impl<F: Real> Graph<F> {
         let sizes = Sizes::of([channels / groups, rows, cols], window);
         let (places, patch) = (sizes.n_places(), sizes.patch());
         let (group_in, group_out) = (shape.width() / groups, n_out / groups);
-        let scratch = self.keep(patch * places, |_, _| {});
+        // The columns of all images, for the way back, or of one where they are many.
+        let width = patch * places;
+        let kept = if shape.n * groups * width <= KEPT { shape.n * groups } else { 1 };
+        let scratch = self.keep(kept * width, |_, _| {});
         let out = Shape { n: shape.n, item: [n_out, sizes.places[0], sizes.places[1]] };
         let params: Vec<ParamId> = [weight].into_iter().chain(bias).collect();
         self.op_with(
@@ -181,6 +201,7 @@ impl<F: Real> Graph<F> {
                 for (i, out) in out.chunks_exact_mut(group_out * places).enumerate() {
                     let kernels = &kernels[i % groups * group_out * patch..][..group_out * patch];
                     let image = &x[i * group_in..][..group_in];
+                    let columns = &mut columns[i % kept * width..][..width];
                     sizes.unfold(image, columns);
                     multiply(
                         Matrix::new(kernels, group_out, patch),
@@ -207,7 +228,10 @@ impl<F: Real> Graph<F> {
                 arena.learn(weight, |arena, out, add| {
                     let x = arena.value(x);
                     for (i, grad) in grad.chunks_exact(group_out * places).enumerate() {
-                        sizes.unfold(&x[i * group_in..][..group_in], columns);
+                        let columns = &mut columns[i % kept * width..][..width];
+                        if kept == 1 {
+                            sizes.unfold(&x[i * group_in..][..group_in], columns);
+                        }
                         let out = &mut out[i % groups * group_out * patch..][..group_out * patch];
                         let columns = Matrix::new(columns, patch, places).transposed();
                         let grad = Matrix::new(grad, group_out, places);
@@ -219,6 +243,7 @@ impl<F: Real> Graph<F> {
                         out.fill(F::zero());
                     }
                     let kernels = arena.params.value(weight);
+                    let columns = &mut columns[..width];
                     for (i, grad) in grad.chunks_exact(group_out * places).enumerate() {
                         let kernels =
                             &kernels[i % groups * group_out * patch..][..group_out * patch];

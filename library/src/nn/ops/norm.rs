@@ -54,15 +54,9 @@ impl<F: Real> Graph<F> {
         let normal = statistics.normal;
         {
             let (keep, new) = (F::of(1.0 - norm.momentum), F::of(norm.momentum));
-            let means = self.value(statistics.mean);
-            let variances = self.value(statistics.variance);
             let unbiased = F::of(n as f64 / (n - 1) as f64);
-            let mut params = self.params();
-            let mean = params.value_mut(norm.mean);
-            mean.iter_mut().zip(means).for_each(|(m, x)| *m = keep * *m + new * x);
-            let variance = params.value_mut(norm.variance);
-            let pairs = variance.iter_mut().zip(variances);
-            pairs.for_each(|(v, x)| *v = keep * *v + new * unbiased * x);
+            self.remember(statistics.mean, norm.mean, |m, x| keep * m + new * x);
+            self.remember(statistics.variance, norm.variance, |v, x| keep * v + new * unbiased * x);
         }
         self.scaled(normal, groups, norm.scale, norm.shift)
     }

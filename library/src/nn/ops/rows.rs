@@ -2,7 +2,7 @@
 
 use crate::nn::graph::{Graph, Shape, Var};
 use crate::nn::ops::elementwise::store;
-use crate::nn::real::Real;
+use crate::nn::real::{Real, wide};
 
 impl<F: Real> Graph<F> {
     /// The sum of all numbers.
@@ -58,25 +58,42 @@ impl<F: Real> Graph<F> {
         )
     }
 
-    /// The logarithm of each item's softmax, `x - ln Σ e^x`.
+    /// The logarithm of each item's softmax, `x - ln Σ e^x`, without overflow.
     pub fn log_softmax(&self, x: Var) -> Var {
         let shape = self.shape(x);
         let width = shape.width();
-        self.op(
+        // Exponentials are taken of all items at once, since rows are often short.
+        let exponentials = self.keep(shape.len(), |_, _| {});
+        self.op_with(
+            exponentials,
             shape,
             &[x],
             &[],
-            |arena, out| {
-                let rows = arena.value(x).chunks_exact(width);
-                for (out, row) in out.chunks_exact_mut(width).zip(rows) {
-                    let log_sum = log_sum_exp(row);
+            |arena, exps, out| {
+                let rows = || arena.value(x).chunks_exact(width);
+                for (exps, row) in exps.chunks_exact_mut(width).zip(rows()) {
+                    let max = maximum(row);
+                    exps.iter_mut().zip(row).for_each(|(y, &x)| *y = x - max);
+                }
+                exponentiate(exps);
+                let exps = exps.chunks_exact(width);
+                for (out, (row, exps)) in out.chunks_exact_mut(width).zip(rows().zip(exps)) {
+                    let max = maximum(row);
+                    let log_sum = if max.is_infinite() {
+                        max
+                    } else {
+                        max + exps.iter().copied().sum::<F>().ln()
+                    };
                     out.iter_mut().zip(row).for_each(|(y, &x)| *y = x - log_sum);
                 }
             },
-            move |arena, y, grad| {
-                for (y, grad) in y.chunks_exact(width).zip(grad.chunks_exact_mut(width)) {
+            move |arena, exps, y, grad| {
+                exps.copy_from_slice(y);
+                exponentiate(exps);
+                let exps = exps.chunks_exact(width);
+                for (exps, grad) in exps.zip(grad.chunks_exact_mut(width)) {
                     let sum: F = grad.iter().copied().sum();
-                    grad.iter_mut().zip(y).for_each(|(g, &y)| *g -= y.exponential() * sum);
+                    grad.iter_mut().zip(exps).for_each(|(g, &p)| *g -= p * sum);
                 }
                 arena.pass(x, |_, out, add| store(grad, add, out));
             },
@@ -140,17 +157,15 @@ impl<F: Real> Graph<F> {
     /// # Panics
     /// If they have different numbers of items, or there are none.
     pub fn concat(&self, parts: &[Var]) -> Var {
-        let shapes: Vec<Shape> = parts.iter().map(|part| self.shape(*part)).collect();
-        let n = shapes[0].n;
-        assert!(shapes.iter().all(|shape| shape.n == n), "as many items in each part");
-        let width: usize = shapes.iter().map(Shape::width).sum();
-        let mut from = 0;
+        let n = self.shape(parts[0]).n;
+        let mut width = 0;
         let places: Vec<(Var, usize, usize)> = parts
             .iter()
-            .zip(&shapes)
-            .map(|(part, shape)| {
-                from += shape.width();
-                (*part, from - shape.width(), from)
+            .map(|part| {
+                let (shape, from) = (self.shape(*part), width);
+                assert_eq!(shape.n, n, "as many items in each part");
+                width += shape.width();
+                (*part, from, width)
             })
             .collect();
         let kept = places.clone();
@@ -225,13 +240,15 @@ impl<F: Real> Graph<F> {
     }
 }
 
-/// `ln Σ e^x`, without overflow.
-fn log_sum_exp<F: Real>(xs: &[F]) -> F {
-    let max = xs.iter().copied().fold(F::neg_infinity(), F::max);
-    if max.is_infinite() {
-        return max;
-    }
-    max + xs.iter().map(|&x| (x - max).exponential()).sum::<F>().ln()
+fn maximum<F: Real>(xs: &[F]) -> F {
+    xs.iter().copied().fold(F::neg_infinity(), F::max)
+}
+
+fn exponentiate<F: Real>(xs: &mut [F]) {
+    wide(
+        #[inline(always)]
+        || xs.iter_mut().for_each(|x| *x = x.exponential()),
+    );
 }
 
 /// A number that counts places.

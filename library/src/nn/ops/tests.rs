@@ -132,6 +132,29 @@ fn convolutions() {
     });
 }
 
+/// Where a batch is too large for its patches to be kept, they are made anew.
+#[test]
+fn convolutions_of_large_batches_have_the_gradients_of_their_parts() {
+    let (shape, window) = ([4, 10, 10], Window { kernel: 3, stride: 1, padding: 0 });
+    let images: Vec<f64> = (0..64 * 400).map(|i| (real(i) * 0.37).sin()).collect();
+    let gradient = |parts: usize| {
+        let mut params = Params::default();
+        let weight = (0..16 * 36).map(|i| (real(i) * 0.11).cos()).collect();
+        let weight = params.add("w".into(), vec![16, 4, 3, 3], weight);
+        let graph = Graph::new(params);
+        let sums = images.chunks_exact(images.len() / parts).map(|images| {
+            let x = graph.input(Shape { n: 64 / parts, item: shape }, images);
+            graph.sum(graph.square(graph.conv2d(x, weight, None, window, 1)))
+        });
+        graph.backward(sums.reduce(|sum, part| graph.add(sum, part)).unwrap());
+        let params = graph.params();
+        params.grad(weight).unwrap().to_vec()
+    };
+    for (whole, parts) in gradient(1).into_iter().zip(gradient(2)) {
+        assert!((whole - parts).abs() < 1e-9 * whole.abs().max(1.0), "{whole} and {parts}");
+    }
+}
+
 #[test]
 fn pools() {
     type Pool = fn(&Graph<f64>, Var, Window) -> Var;
