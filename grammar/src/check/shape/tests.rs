@@ -1,6 +1,7 @@
 //! Shapes reach the rules of what takes a value, coordinate by coordinate, or not at all.
 
 use std::fmt::Debug;
+use std::rc::Rc;
 use std::sync::LazyLock;
 
 use ivx_op::{
@@ -8,6 +9,8 @@ use ivx_op::{
     Registry, Shapes, Wrong, declare, family,
 };
 
+use super::Known;
+use crate::ir::{AxisId, Place};
 use crate::{Span, check, parse};
 
 /// Something computed, of a kind.
@@ -227,15 +230,136 @@ fn a_rule_sees_the_shapes_of_what_ports_take() {
     );
 }
 
+const NINE: &str = "the network takes 9, not 8";
+
+#[test]
+fn shapes_pass_through_what_the_language_does() {
+    let check = |items: &str, expected: &[&str]| assert_eq!(told(items), expected, "{items}");
+    let nine = format!("{NINE} <conv(side: 9)>");
+    let refused = |items: &str| check(items, &[&nine]);
+    refused("let a = draw(8, 0.0) let b = a let m = fit(conv(side: 9), on: b)");
+    refused("let f(on: Images) = on let m = fit(conv(side: 9), on: f(on: draw(8, 0.0)))");
+    refused("let f(on: Images) = fit(conv(side: 9), on: on) let m = f(on: draw(8, 0.0))");
+    refused("param n: Int = 8 let m = fit(conv(side: 9), on: draw(n, 0.0))");
+    refused(
+        "axis n = [9, 8, 7] let m = fit(conv(side: 9), on: draw(n, 0.0)[n: [9, 8]][n: [8, 9]][n: 8])",
+    );
+    refused(
+        "axis c = [0.0, 1.0] let all = collect(draw(8, c), over: c) \
+         let m = fit(conv(side: 9), on: join(all))",
+    );
+    check(
+        "let m = fit(several(conv(side: 8)), on: draw(8, 0.0)) \
+         let n = vote(m, of: draw(9, 0.0)) let o = guess(m[member: 1], of: draw(9, 0.0)) \
+         let p = vote(m[member: [0, 2]], of: draw(8, 0.0))",
+        &["[8, 8] meets [9, 9] <draw(9, 0.0)>", "[8, 8] meets [9, 9] <draw(9, 0.0)>"],
+    );
+}
+
+#[test]
+fn shapes_pass_from_one_experiment_and_file_to_another() {
+    let here = "edition \"2026\" experiment a { let d = draw(8, 0.0) } \
+                experiment e { let m = fit(conv(side: 9), on: a.d) }";
+    assert_eq!(told_of(&[here]), [format!("{NINE} <conv(side: 9)>")]);
+    let here = "edition \"2026\" use \"b\" { data } \
+                experiment e { let m = fit(conv(side: 9), on: data) }";
+    let there = "edition \"2026\" let data = draw(8, 0.0)";
+    assert_eq!(told_of(&[here, there]), [format!("{NINE} <conv(side: 9)>")]);
+    let alone = "edition \"2026\" let data = draw(8, 0.0) let m = fit(conv(side: 9), on: data)";
+    assert_eq!(told_of(&[alone]), [format!("{NINE} <conv(side: 9)>")]);
+}
+
+#[test]
+fn only_coordinates_that_go_wrong_are_named() {
+    let check = |items: &str, expected: &[&str]| assert_eq!(told(items), expected, "{items}");
+    let axes = "axis seed = 0..3 axis c = [0.0, 1.0] axis n = [7, 8, 9]";
+    let with = |items: &str| format!("{axes} {items}");
+    check(
+        &with("let m = fit(conv(side: 8), on: draw(n, c)[n: [8, 9]])"),
+        &["the network takes 8, not 9 at n = 9 <conv(side: 8)>"],
+    );
+    check(
+        &with("let m = fit(conv(side: n), on: draw(n, c)) let o = guess(m, of: draw(n, c))"),
+        &[],
+    );
+    check(
+        &with("let d = draw(n, c) let m = fit(conv(side: n), on: d[n: 8])"),
+        &["the network takes 7, not 8 at n = 7 <conv(side: n)>"],
+    );
+    check(
+        &with(
+            "let d = match n { \"7\": read(7), \"8\": draw(8, c), \"9\": draw(6, c) } \
+             let m = fit(conv(side: 8), on: d) let o = guess(fit(conv(side: 8), on: d[n: 8]), of: d)",
+        ),
+        &[
+            "the network takes 8, not 6 at n = 9 <conv(side: 8)>",
+            "[8, 8] meets [6, 6] at n = 9 <d> <draw(6, c)>",
+        ],
+    );
+    check(
+        "axis t(side, net) = { \"a\": (8, conv(side: 8)), \"b\": (9, conv(side: 7)) } \
+         let m = fit(t.net, on: draw(t.side, 0.0))",
+        &["the network takes 7, not 9 at t = b <t.net>"],
+    );
+    // Where what is seen together is alike at some coordinates only.
+    check(
+        &with(
+            "axis k = [7, 8] let d = match k { \"7\": draw(7, c), \"8\": draw(n, c) } \
+             let m = fit(conv(side: 5), on: join(collect(d, over: n)))",
+        ),
+        &["the network takes 5, not 7 at k = 7 <conv(side: 5)>"],
+    );
+}
+
 #[test]
 fn what_is_not_known_is_not_judged() {
     let silent = |items: &str| assert_eq!(told(items), [] as [&str; 0], "{items}");
     silent("let m = fit(conv(side: 9), on: read(8))");
     silent("let b = both(read(8), draw(9, 0.0)) let m = fit(conv(side: 8), on: b)");
     silent(
-        "axis n = [8, 9] let all = collect(draw(n, 0.0), over: n) let m = fit(conv(side: 7), on: join(all))",
+        "axis n = [8, 9] let all = collect(draw(n, 0.0), over: n) \
+         let m = fit(conv(side: 7), on: join(all))",
     );
     silent(
-        "axis n = [8, 9] let d = match n { \"8\": read(8), \"9\": draw(9, 0.0) } let m = fit(conv(side: 9), on: d)",
+        "axis n = [8, 9] let d = match n { \"8\": read(8), \"9\": draw(9, 0.0) } \
+         let m = fit(conv(side: 9), on: d)",
     );
+}
+
+#[test]
+fn long_chains_and_diamonds_end() {
+    let chain = |n: usize| -> String {
+        let both = (1..=n).map(|i| format!("let a{i} = both(a{}, a{})\n", i - 1, i / 2));
+        format!("axis n = [8, 9] let a0 = draw(n, 0.0)\n{}", both.collect::<String>())
+    };
+    let check = |n: usize| {
+        let items = format!("{} let m = fit(conv(side: 8), on: a{n})", chain(n));
+        assert_eq!(told(&items), ["the network takes 8, not 9 at n = 9 <conv(side: 8)>"]);
+    };
+    check(60);
+    check(10_000);
+    let pick =
+        |i: usize| format!("let b{i} = match n {{ \"8\": b{0}, \"9\": b{0}[n: 9] }}\n", i - 1);
+    let picks: Vec<String> = (1..=10_000).map(pick).collect();
+    let picks = picks.concat();
+    let items = format!(
+        "axis n = [8, 9] let b0 = draw(n, 0.0)\n{picks} let m = fit(conv(side: 8), on: b10000)"
+    );
+    assert_eq!(told(&items), ["the network takes 8, not 9 at n = 9 <conv(side: 8)>"]);
+}
+
+#[test]
+fn axes_along_which_nothing_differs_are_left_out() {
+    let axes = vec![(AxisId(1), 2), (AxisId(3), 2), (AxisId(4), 3)];
+    let [seven, eight] = [7, 8].map(|side| Some(Rc::new(images(side))));
+    let row = |shapes: &Option<Rc<Shapes>>| vec![shapes.clone(); 3];
+    let at = [&seven, &None, &seven, &None].map(row).concat();
+    let known = Known::new(axes.clone(), at).expect("something is known");
+    assert_eq!(*known, Known { axes: vec![axes[1]], at: vec![seven.clone(), None] });
+    assert_eq!(known.at(&Place::from([(AxisId(3), 0), (AxisId(9), 5)])), seven.as_ref());
+    let at = [&seven, &seven, &seven, &eight].map(row).concat();
+    let known = Known::new(axes.clone(), at).expect("something is known");
+    assert_eq!(known.axes, axes[..2]);
+    assert_eq!(known.at(&Place::from([(AxisId(1), 1), (AxisId(3), 1)])), eight.as_ref());
+    assert_eq!(Known::new(axes, vec![None; 12]), None);
 }
