@@ -8,7 +8,7 @@ use std::process::Command;
 use ivx_cache::Digest;
 use ivx_library::artifact::{Dataset, Model, NetModel};
 use ivx_library::learner::{Learner as _, MapEstimate, Normal};
-use ivx_library::nn::{Adam, Constant, Mlp, Tanh};
+use ivx_library::nn::{Adam, Constant, Mlp, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Data, Tensors, read_tensors};
 
 /// Prints the arrays of `ours.safetensors` as JSON, their numbers bit by bit; writes their halves to `halves.safetensors`
@@ -38,7 +38,8 @@ fn net() -> NetModel {
     let learner = MapEstimate {
         net: Box::new(Mlp { hidden: vec![3, 2], activation: Box::new(Tanh {}) }),
         prior: Box::new(Normal { mean: 0.0, std: 1.0 }),
-        noise: 0.1,
+        loss: Box::new(Squared { noise: 0.1 }),
+        batch: 0,
         optimiser: Box::new(Adam {
             lr: Box::new(Constant { value: 0.01 }),
             beta1: 0.9,
@@ -46,7 +47,7 @@ fn net() -> NetModel {
             eps: 1e-8,
         }),
     };
-    let data = Dataset { x: vec![-1.0, 0.0, 1.0], y: vec![1.0, 0.0, 1.0] };
+    let data = Dataset::pairs(vec![-1.0, 0.0, 1.0], vec![1.0, 0.0, 1.0]);
     let model = learner.train(&data, 5, &Ctx::new("train", 0, None)).expect("there are data");
     let Model::Net(net) = model else { panic!("it learns networks") };
     net

@@ -76,6 +76,7 @@ fn layered(n: usize) -> Plan {
             held: Vec::new(),
             ports: vec![("of".into(), vec![fed])],
             draw: None,
+            shapes: None,
         });
         for input in inputs {
             plan.graph.add_edge(input, node, ());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ivx_cache::Digest;
 use ivx_grammar::ir::{
-    AxisId, AxisRole, Coord, Desc, Expr, ExprId, ExprKind, Feed, Op, Place, Spec,
+    AxisId, AxisRole, Coord, Desc, Expr, ExprId, ExprKind, Feed, Known, Op, Place, Spec,
 };
 use ivx_op::{ArgKind, Args, Dim, Held, Labels, Lit, Registry};
 use petgraph::Direction::Incoming;
@@ -33,8 +33,9 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Plan {
     };
     let mut values: Vec<Option<Values>> = vec![None; spec.exprs.len()];
     let needed = needed(spec);
-    for (i, expr) in spec.exprs.iter().enumerate().filter(|(i, _)| needed[*i]) {
-        values[i] = Some(expansion.values(expr, &values));
+    for (i, id) in (0..).map(ExprId).take(spec.exprs.len()).enumerate().filter(|(i, _)| needed[*i])
+    {
+        values[i] = Some(expansion.values(id, &values));
     }
     for id in outputs(spec) {
         let values = values[id.0 as usize].as_ref().expect("outputs are needed");
@@ -159,7 +160,9 @@ struct Expansion<'a> {
 }
 
 impl Expansion<'_> {
-    fn values(&mut self, expr: &Expr, known: &[Option<Values>]) -> Values {
+    fn values(&mut self, id: ExprId, known: &[Option<Values>]) -> Values {
+        let expr = self.spec.expr(id);
+        let shapes = self.spec.shapes.get(&id).map(|known| &**known);
         let axes: Vec<AxisId> = expr.axes.iter().copied().collect();
         let sizes: Vec<usize> =
             axes.iter().map(|axis| self.spec.axis(*axis).coords.len()).collect();
@@ -182,7 +185,7 @@ impl Expansion<'_> {
                     place.insert(*axis, coordinate);
                     base(id).at(&place)
                 }
-                ExprKind::Op(op) => Source::Node(self.node(expr, op, &place, known)),
+                ExprKind::Op(op) => Source::Node(self.node((expr, shapes), op, &place, known)),
             });
         }
         Values { strides: strides(&sizes), axes, sources }
@@ -193,7 +196,13 @@ impl Expansion<'_> {
     }
 
     /// The node of one call at one place; an equal one if there is.
-    fn node(&mut self, expr: &Expr, op: &Op, place: &Place, known: &[Option<Values>]) -> NodeIndex {
+    fn node(
+        &mut self,
+        (expr, shapes): (&Expr, Option<&Known>),
+        op: &Op,
+        place: &Place,
+        known: &[Option<Values>],
+    ) -> NodeIndex {
         let mut args = Args::new();
         let mut held = Vec::new();
         for (name, desc) in &op.args {
@@ -217,7 +226,8 @@ impl Expansion<'_> {
         }
         let draw = op.stochastic.then(|| self.draw(place));
         let address = self.address(expr, place);
-        let mut step = Step { address, op: op.name.clone(), args, held, ports, draw };
+        let shapes = shapes.and_then(|shapes| shapes.at(place)).cloned();
+        let mut step = Step { address, op: op.name.clone(), args, held, ports, draw, shapes };
         let input = |source: &Source| {
             let (kind, bits) = match source {
                 Source::Node(node) => (0_u8, node.index() as u64),

@@ -204,6 +204,7 @@ mod tests {
                 ("y".into(), vec![]),
             ],
             draw: Some(Draw { seed: 3, member: Some(1) }),
+            shapes: None,
         }
     }
 

@@ -190,6 +190,7 @@ mod tests {
             held: vec![],
             ports: vec![("x".into(), vec![fed])],
             draw: Some(Draw { seed: 3, member: None }),
+            shapes: None,
         }
     }
 

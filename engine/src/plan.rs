@@ -1,9 +1,10 @@
 //! The graph to run: plain data, one node a computation.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use ivx_grammar::ir::ExprId;
-use ivx_op::{Args, Dim};
+use ivx_op::{Args, Dim, Shapes};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 /// A program as a graph, from inputs to users; the weight of an edge is nothing.
@@ -32,6 +33,8 @@ pub struct Step {
     pub ports: Vec<(String, Vec<Fed>)>,
     /// What makes its random numbers, where it draws any.
     pub draw: Option<Draw>,
+    /// The shapes of its result, where they are known.
+    pub shapes: Option<Arc<Shapes>>,
 }
 
 /// What makes the random numbers of a step.

@@ -46,6 +46,7 @@ fn what_is_to_run_is_a_hit_if_an_equal_key_was_made_first() {
             held: vec![],
             ports: vec![("of".into(), vec![fed])],
             draw: None,
+            shapes: None,
         });
         for input in sources {
             plan.graph.add_edge(input, node, ());

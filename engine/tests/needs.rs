@@ -10,7 +10,9 @@ use ivx_cache::Cache;
 use ivx_engine::{
     Event, Fed, Listen, Options, Outcome, Plan, Source, Step, Stop, platform, schedule,
 };
-use ivx_op::{Args, Array, Ctx, Dim, Labels, Lit, Named, Needs, Op, OpError, Registry, declare};
+use ivx_op::{
+    Args, Array, Ctx, Dim, Labels, Lit, Named, Needs, Op, OpError, Registry, Shapes, declare,
+};
 use petgraph::graph::NodeIndex;
 
 /// What toys have written down, by the test that they belong to.
@@ -62,7 +64,7 @@ macro_rules! toy {
                 Ok(Array::series(Dim::new("n", labels), values))
             }
 
-            fn needs(args: &Args, input_bytes: u64) -> Needs {
+            fn needs(args: &Args, _: Option<&Shapes>, input_bytes: u64) -> Needs {
                 let number = |name: &str| match args.get(name) {
                     Some(Lit::Int(n)) => n.unsigned_abs(),
                     _ => 0,
@@ -126,6 +128,7 @@ fn plan(test: &str, first: i64, toys: &[Toy]) -> Plan {
             held: Vec::new(),
             ports: vec![("after".into(), vec![fed])],
             draw: None,
+            shapes: None,
         });
         for input in *after {
             plan.graph.add_edge(NodeIndex::new(*input), node, ());

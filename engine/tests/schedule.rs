@@ -79,6 +79,7 @@ fn plan(nodes: &[(f64, &[usize])]) -> Plan {
             held: vec![],
             ports: vec![("of".into(), vec![fed])],
             draw: None,
+            shapes: None,
         };
         let node = plan.graph.add_node(step);
         for input in *inputs {
@@ -218,6 +219,7 @@ fn a_second_result_for_one_key_names_the_operation() {
         held: vec![],
         ports: Vec::new(),
         draw: None,
+        shapes: None,
     };
     plan.graph.add_node(fickle("fickle"));
     assert_eq!(fates(&run(&plan, folder.path(), &[0])), "r");

@@ -58,7 +58,15 @@ fn node(i: usize) -> Source {
 }
 
 fn step(address: &str, args: Args, ports: Vec<(String, Vec<Fed>)>) -> Step {
-    Step { address: address.into(), op: "toy".into(), args, held: vec![], ports, draw: None }
+    Step {
+        address: address.into(),
+        op: "toy".into(),
+        args,
+        held: vec![],
+        ports,
+        draw: None,
+        shapes: None,
+    }
 }
 
 /// Data, two models on it that draw, and a figure of what a number and the models make.

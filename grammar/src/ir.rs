@@ -4,12 +4,15 @@
 //! over; expanding it to nodes is left to the engine.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use ivx_op::{ByName, Labels, Lit};
 
 pub use desc::{Desc, widen};
+pub use shape::Known;
 
 mod desc;
+mod shape;
 
 /// The place of an axis in [`Spec::axes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +33,8 @@ pub struct Spec {
     pub exprs: Vec<Expr>,
     /// What parts hold, by [`Desc::Held`].
     pub held: Vec<Feed>,
+    /// The shapes that results of operations have, as far as they are known.
+    pub shapes: BTreeMap<ExprId, Arc<Known>>,
     /// Parameters of files, called `file.param`, by name.
     pub params: Vec<Param>,
     /// The experiments, in the order of inclusion.

@@ -125,6 +125,7 @@ mod tests {
                 held: vec![],
                 ports: vec![],
                 draw: None,
+                shapes: None,
             });
         }
         plan.aliases.insert("g/ab".into(), NodeIndex::new(2));

@@ -38,7 +38,7 @@ use std::sync::Arc;
 use ivx_op::{External, ExternalKind, Lit, Registry};
 
 use crate::ast::{Ast, Name};
-use crate::ir::{AxisId, ExprId, Groups, Spec};
+use crate::ir::{AxisId, ExprId, ExprKind, Groups, Spec};
 use crate::{Code, Diagnostic, Severity, Span};
 
 use scope::Scopes;
@@ -148,7 +148,12 @@ pub fn check(
         checker.unused();
         checker.shared_streams();
     }
-    let Checker { spec, mut diagnostics, .. } = checker;
+    let Checker { mut spec, mut diagnostics, shapes, .. } = checker;
+    let op = |id: ExprId| {
+        let expr = spec.exprs.get(id.0 as usize);
+        expr.is_some_and(|expr| matches!(expr.kind, ExprKind::Op(_)))
+    };
+    spec.shapes = shapes.known(op);
     diagnostics.sort_by(|a, b| {
         let place = |d: &Diagnostic| d.labels.first().map(|label| label.span);
         (place(a), a.code, &a.message).cmp(&(place(b), b.code, &b.message))

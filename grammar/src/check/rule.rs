@@ -1,15 +1,14 @@
 //! Rules that declarations carry, and what they know of shapes: at every coordinate.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use ivx_op::{ArgDecl, Args, ByName, Decl, Facts, Shapes, Wrong};
 
 use super::Checker;
 use super::expr::At;
-use super::shape::Known;
 use crate::ast;
-use crate::ir::{AxisId, Desc, ExprId, ExprKind, Feed, Place};
+use crate::ir::{AxisId, Desc, ExprId, ExprKind, Feed, Known, Place};
 use crate::{Code, Diagnostic, Span};
 
 impl<'a> Checker<'a> {
@@ -24,11 +23,11 @@ impl<'a> Checker<'a> {
         args: &[(&'a ArgDecl, Option<&'a ast::Expr>)],
         descs: &ByName<Desc>,
         ports: &[(String, Vec<Feed>)],
-    ) -> Result<Option<Rc<Known>>, ()> {
+    ) -> Result<Option<Arc<Known>>, ()> {
         if decl.rule.is_none() && decl.shapes.is_none() {
             return Ok(None);
         }
-        let mut fed: Vec<(&str, Vec<Option<Rc<Known>>>)> = Vec::new();
+        let mut fed: Vec<(&str, Vec<Option<Arc<Known>>>)> = Vec::new();
         for (port, feeds) in ports {
             fed.push((port, feeds.iter().map(|feed| self.fed_shapes(feed)).collect()));
         }
@@ -126,8 +125,8 @@ impl<'a> Checker<'a> {
 }
 
 /// The shapes at a place.
-fn here<'k>(all: &'k [Option<Rc<Known>>], place: &Place) -> Vec<Option<&'k Shapes>> {
-    let at = |known: &'k Option<Rc<Known>>| known.as_ref()?.at(place).map(Rc::as_ref);
+fn here<'k>(all: &'k [Option<Arc<Known>>], place: &Place) -> Vec<Option<&'k Shapes>> {
+    let at = |known: &'k Option<Arc<Known>>| known.as_ref()?.at(place).map(Arc::as_ref);
     all.iter().map(at).collect()
 }
 

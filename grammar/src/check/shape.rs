@@ -1,12 +1,12 @@
 //! Shapes of values, as far as declarations know them before anything runs.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use ivx_op::Shapes;
 
 use super::Checker;
-use crate::ir::{AxisId, ExprId, ExprKind, Feed, Place};
+use crate::ir::{AxisId, ExprId, ExprKind, Feed, Known, Place};
 
 /// Most values that rules and shapes look at in one program; what lies beyond is not known.
 const MOST_VALUES: usize = 50_000_000;
@@ -15,26 +15,26 @@ const MOST_VALUES: usize = 50_000_000;
 #[derive(Default)]
 pub(super) struct Table {
     /// Of each expression of which something is known.
-    of: BTreeMap<ExprId, Rc<Known>>,
+    of: BTreeMap<ExprId, Arc<Known>>,
     /// Each once, for many places have the same.
-    distinct: BTreeSet<Rc<Shapes>>,
+    distinct: BTreeSet<Arc<Shapes>>,
     /// Values looked at so far.
     n_values: usize,
 }
 
 impl Table {
     /// The one copy of shapes.
-    pub(super) fn one(&mut self, shapes: Shapes) -> Rc<Shapes> {
+    pub(super) fn one(&mut self, shapes: Shapes) -> Arc<Shapes> {
         if let Some(known) = self.distinct.get(&shapes) {
-            return Rc::clone(known);
+            return Arc::clone(known);
         }
-        let shapes = Rc::new(shapes);
-        self.distinct.insert(Rc::clone(&shapes));
+        let shapes = Arc::new(shapes);
+        self.distinct.insert(Arc::clone(&shapes));
         shapes
     }
 
     /// Notes what is known of an expression.
-    pub(super) fn note(&mut self, id: ExprId, known: Option<Rc<Known>>) {
+    pub(super) fn note(&mut self, id: ExprId, known: Option<Arc<Known>>) {
         self.of.extend(known.map(|known| (id, known)));
     }
 
@@ -43,57 +43,15 @@ impl Table {
         self.note(id, self.of.get(&other).cloned());
     }
 
+    /// What is known of expressions that `of` holds for.
+    pub(super) fn known(self, of: impl Fn(ExprId) -> bool) -> BTreeMap<ExprId, Arc<Known>> {
+        self.of.into_iter().filter(|(id, _)| of(*id)).collect()
+    }
+
     /// Whether there is room to look at so many values at each of `n` places.
     pub(super) fn room(&mut self, n: usize, each: usize) -> bool {
         self.n_values = self.n_values.saturating_add(n.saturating_mul(each));
         self.n_values <= MOST_VALUES
-    }
-}
-
-/// What is known of the shapes of one value.
-#[derive(Debug, PartialEq)]
-pub(super) struct Known {
-    /// The axes along which they differ, by id, and how many coordinates each has.
-    axes: Vec<(AxisId, usize)>,
-    /// Those at every place on these axes, last axis fastest.
-    at: Vec<Option<Rc<Shapes>>>,
-}
-
-impl Known {
-    /// What is known at every place on some axes; none if that is nothing.
-    ///
-    /// Axes along which nothing differs are left out, so that what follows costs no more than what there
-    /// is to tell apart.
-    pub(super) fn new(
-        mut axes: Vec<(AxisId, usize)>,
-        mut at: Vec<Option<Rc<Shapes>>>,
-    ) -> Option<Rc<Self>> {
-        if at.iter().all(Option::is_none) {
-            return None;
-        }
-        let mut row = 1;
-        for i in (0..axes.len()).rev() {
-            let block = row * axes[i].1;
-            let alike = |block: &[_]| block.chunks(row).all(|other| *other == block[..row]);
-            if at.chunks(block).all(alike) {
-                at = at.chunks(block).flat_map(|block| &block[..row]).cloned().collect();
-                axes.remove(i);
-            } else {
-                row = block;
-            }
-        }
-        Some(Rc::new(Self { axes, at }))
-    }
-
-    /// The axes along which they differ.
-    pub(super) fn axes(&self) -> impl Iterator<Item = AxisId> {
-        self.axes.iter().map(|(axis, _)| *axis)
-    }
-
-    /// The shapes at a place that names a coordinate for each of these axes.
-    pub(super) fn at(&self, place: &Place) -> Option<&Rc<Shapes>> {
-        let index = self.axes.iter().fold(0, |index, (axis, n)| index * n + place[axis]);
-        self.at[index].as_ref()
     }
 }
 
@@ -126,7 +84,7 @@ impl Checker<'_> {
             ExprKind::Match { axis, .. } if self.any_seed == Some(*axis) => None,
             ExprKind::Match { axis, arms } => {
                 let axis = *axis;
-                let arms: Vec<Option<Rc<Known>>> = arms.iter().map(of).collect();
+                let arms: Vec<Option<Arc<Known>>> = arms.iter().map(of).collect();
                 self.arms_shapes(axis, &arms)
             }
         };
@@ -140,11 +98,11 @@ impl Checker<'_> {
     /// - `back`: gives a place on the new axes its coordinate on the old one.
     fn moved(
         &mut self,
-        known: Rc<Known>,
+        known: Arc<Known>,
         axis: AxisId,
         other: Option<AxisId>,
         back: impl Fn(&mut Place),
-    ) -> Option<Rc<Known>> {
+    ) -> Option<Arc<Known>> {
         if !known.axes().any(|own| own == axis) {
             return Some(known);
         }
@@ -155,7 +113,7 @@ impl Checker<'_> {
         })
     }
 
-    fn arms_shapes(&mut self, axis: AxisId, arms: &[Option<Rc<Known>>]) -> Option<Rc<Known>> {
+    fn arms_shapes(&mut self, axis: AxisId, arms: &[Option<Arc<Known>>]) -> Option<Arc<Known>> {
         if arms.iter().all(Option::is_none) {
             return None;
         }
@@ -165,7 +123,7 @@ impl Checker<'_> {
     }
 
     /// The shapes that all have of which one run sees, at every place of the operation.
-    pub(super) fn fed_shapes(&mut self, feed: &Feed) -> Option<Rc<Known>> {
+    pub(super) fn fed_shapes(&mut self, feed: &Feed) -> Option<Arc<Known>> {
         let known = self.shapes.of.get(&feed.expr).cloned()?;
         let seen = |axis: &AxisId| feed.gathered.contains(axis);
         let (seen, axes): (BTreeSet<_>, BTreeSet<_>) = known.axes().partition(seen);
@@ -183,7 +141,7 @@ impl Checker<'_> {
                 known.at(&place)
             });
             let first = all.next()??;
-            all.all(|other| other == Some(first)).then(|| Rc::clone(first))
+            all.all(|other| other == Some(first)).then(|| Arc::clone(first))
         })
     }
 
@@ -191,8 +149,8 @@ impl Checker<'_> {
     fn known_over(
         &mut self,
         axes: &BTreeSet<AxisId>,
-        at: impl FnMut(Place) -> Option<Rc<Shapes>>,
-    ) -> Option<Rc<Known>> {
+        at: impl FnMut(Place) -> Option<Arc<Shapes>>,
+    ) -> Option<Arc<Known>> {
         if !self.shapes.room(self.extent(axes), 1 + axes.len()) {
             return None;
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::{
     ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, Needs,
-    OutDecl, Part, Role, Rule, ShapeRule, Ty,
+    OutDecl, Part, Role, Rule, ShapeRule, Shapes, Ty,
 };
 
 /// Implemented by [`declare!`](crate::declare) only.
@@ -47,9 +47,10 @@ pub trait Op: Produces {
     /// If there is no result; the message says why, to the author of the spec.
     fn run(&self, ctx: &Ctx) -> Result<Self::Out, OpError>;
 
-    /// What running it takes, judged by its arguments and the bytes of all its inputs.
+    /// What running it takes, judged by its arguments, the shapes of its result where they are known,
+    /// and the bytes of all its inputs.
     #[must_use]
-    fn needs(_args: &Args, _input_bytes: u64) -> Needs {
+    fn needs(_args: &Args, _shapes: Option<&Shapes>, _input_bytes: u64) -> Needs {
         Needs::default()
     }
 }
@@ -83,7 +84,7 @@ type List = fn(&Call) -> Result<Table, ArgError>;
 
 type Run = fn(&Call, &Ctx) -> Result<Bytes, OpError>;
 
-type Estimate = fn(&Args, u64) -> Needs;
+type Estimate = fn(&Args, Option<&Shapes>, u64) -> Needs;
 
 /// The operations and parts that specs can use.
 #[derive(Default)]
@@ -177,10 +178,17 @@ impl Registry {
         run(call, ctx)
     }
 
-    /// What running an operation takes, judged by its arguments and the bytes of all its inputs.
+    /// What running an operation takes, judged by its arguments, the shapes of its result where they are
+    /// known, and the bytes of all its inputs.
     #[must_use]
-    pub fn needs(&self, name: &str, args: &Args, input_bytes: u64) -> Needs {
-        let estimate = self.ops.get(name).map(|(.., estimate)| estimate(args, input_bytes));
+    pub fn needs(
+        &self,
+        name: &str,
+        args: &Args,
+        shapes: Option<&Shapes>,
+        input_bytes: u64,
+    ) -> Needs {
+        let estimate = self.ops.get(name).map(|(.., estimate)| estimate(args, shapes, input_bytes));
         estimate.unwrap_or_default()
     }
 

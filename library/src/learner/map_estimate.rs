@@ -69,7 +69,11 @@ impl Learner for MapEstimate {
         let Ok(module) = module else { return 0 };
         let at_once = if self.batch == 0 { n } else { n.min(self.batch as u64) };
         let outputs = module.n_outputs(&form.input);
-        (module.n_params() * of_param).saturating_add(outputs.saturating_mul(at_once * of_output))
+        let observation = (form.input_len() + form.target_len()) as u64;
+        // Data in single precision, and those of the batch.
+        let data = n.saturating_mul(observation * 8);
+        let outputs = outputs.saturating_mul(at_once * of_output);
+        (module.n_params() * of_param).saturating_add(outputs).saturating_add(data)
     }
 
     fn makes_networks(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Training.
 
-use ivx_op::{Args, Ctx, Literal as _, Needs, One, Op, OpError, declare};
+use ivx_op::{Args, Ctx, Literal as _, Needs, One, Op, OpError, Shapes, declare};
 
 use super::Learner;
 use super::form::{self, form_of_data, learner_fits};
@@ -26,11 +26,11 @@ impl Op for Train {
         self.learner.train(&self.on, self.steps, ctx)
     }
 
-    fn needs(args: &Args, input_bytes: u64) -> Needs {
+    fn needs(args: &Args, shapes: Option<&Shapes>, input_bytes: u64) -> Needs {
         // A learner that holds what was computed cannot be built without it.
         let learner = args.get("learner").map(Box::<dyn Learner>::from_lit);
-        let form = Form::default();
-        let n = input_bytes / 16;
+        let form = shapes.and_then(Form::of).unwrap_or_default();
+        let n = input_bytes / (8 * (form.input_len() + form.target_len()) as u64).max(1);
         let training = learner.and_then(Result::ok).map_or(0, |l| l.memory(&form, n));
         Needs { memory: training + input_bytes, ..Needs::default() }
     }
@@ -46,7 +46,7 @@ mod tests {
     fn memory(learner: &Part) -> u64 {
         let registry = crate::registry();
         let args = Args::from([("learner".into(), registry.complete(learner).into())]);
-        let needs = registry.needs("train", &args, 1600);
+        let needs = registry.needs("train", &args, None, 1600);
         assert_eq!(needs.threads, 1);
         needs.memory
     }
@@ -57,10 +57,27 @@ mod tests {
         let net = Part::new("mlp").with("hidden", vec![8_i64, 4]);
         let learner = Part::new("map_estimate").with("net", net);
         // 2·8 + 9·4 + 5·1 parameters; 8 + 4 + 1 outputs for each pair.
-        let of_net = 57 * 24 + 13 * 100 * 12;
+        // And the pairs in single precision, twice.
+        let of_net = 57 * 24 + 13 * 100 * 12 + 1600;
         assert_eq!(memory(&learner), of_net + 1600);
         let ensemble = Part::new("ensemble").with("learner", learner);
         assert_eq!(memory(&ensemble.clone().with("bootstrap", false)), of_net * 5 / 4 + 1600);
         assert_eq!(memory(&ensemble.with("prior_network", false)), of_net + 2 * 1600);
+    }
+
+    #[test]
+    fn memory_of_a_network_for_images_follows_their_shape() {
+        let registry = crate::registry();
+        let learner = Part::new("map_estimate")
+            .with("net", Part::new("cnn").with("channels", vec![2_i64]).with("hidden", vec![5_i64]))
+            .with("loss", Part::new("cross_entropy"))
+            .with("batch", 8_i64);
+        let args = Args::from([("learner".into(), registry.complete(&learner).into())]);
+        let form = Form { input: vec![3, 6, 6], target: vec![], classes: Some(4) };
+        // 2·3·9 + 2 of the convolution, 5·32 + 5 and 4·5 + 4; 32 numbers twice, for they are flattened,
+        // 5 and 4 of each of 8 images; 109 numbers in each of 100.
+        let expected = (56 + 165 + 24) * 24 + (32 + 32 + 5 + 4) * 8 * 12 + 109 * 100 * (8 + 8);
+        let needs = registry.needs("train", &args, Some(&form.shapes()), 109 * 100 * 8);
+        assert_eq!(needs.memory, expected);
     }
 }
