@@ -8,7 +8,7 @@ use crate::artifact::{Dataset, Form, Model};
 
 declare! {
     /// A model learned from data. An ensemble of learners gives an ensemble of models.
-    pub struct Train = "train" @ 3 -> Model {
+    pub struct Train = "train" @ 4 -> Model {
         /// How to learn.
         learner: Box<dyn Learner>;
         /// The data.

@@ -118,3 +118,40 @@ fn each<F: Real>(xs: &mut [F], f: impl Fn(F) -> F) {
 fn slopes<F: Real>(ys: &[F], grads: &mut [F], slope: impl Fn(F) -> F) {
     grads.iter_mut().zip(ys).for_each(|(g, &y)| *g *= slope(y));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So that results do not depend on how many fit into a register.
+    #[test]
+    fn lanes_compute_as_single_numbers_do() {
+        let xs: Vec<f32> = (-999..1000).map(|i| f32::of(f64::from(i) * 0.0201)).collect();
+        let curves = [
+            Curve::Tanh,
+            Curve::Relu,
+            Curve::Relu6,
+            Curve::Elu,
+            Curve::Sigmoid,
+            Curve::Softplus,
+            Curve::Silu,
+        ];
+        for curve in curves {
+            let (mut ys, mut slopes) = (xs.clone(), xs.clone());
+            curve.apply(&mut ys);
+            let has_slope = curve != Curve::Silu;
+            if has_slope {
+                curve.backward(&ys, &mut slopes);
+            }
+            for (i, x) in xs.iter().enumerate() {
+                let (mut y, mut slope) = ([*x], [*x]);
+                curve.apply(&mut y);
+                if has_slope {
+                    curve.backward(&y, &mut slope);
+                }
+                let bits = |pair: [f32; 2]| pair.map(f32::to_bits);
+                assert_eq!(bits([y[0], slope[0]]), bits([ys[i], slopes[i]]), "{curve:?} at {x}");
+            }
+        }
+    }
+}

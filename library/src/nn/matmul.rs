@@ -53,10 +53,11 @@ pub(super) fn multiply<F: Real>(a: Matrix<'_, F>, b: Matrix<'_, F>, add: bool, o
             #[inline(always)]
             || outer(a.values, b.values, add, out),
         );
-    } else if cols == 1 && !a.transposed {
+    } else if cols == 1 && (rows == 1 || !a.transposed) || rows == 1 && b.transposed {
+        let (matrix, column) = if cols == 1 { (a, b) } else { (b, a) };
         wide(
             #[inline(always)]
-            || dots(a.values, b.values, add, out),
+            || dots(matrix.values, column.values, add, out),
         );
     } else if !a.transposed && Thin::<F>::pays(rows, inner, cols) {
         let (a, b, transposed) = (a.values, b.values, b.transposed);
@@ -78,7 +79,8 @@ fn outer<F: Real>(a: &[F], b: &[F], add: bool, out: &mut [F]) {
     }
 }
 
-/// A matrix times a column, summed in sixteen lanes.
+/// A matrix times a column, summed in sixteen lanes whatever the width of registers; by faer as many
+/// as there are.
 #[inline(always)]
 fn dots<F: Real>(a: &[F], b: &[F], add: bool, out: &mut [F]) {
     for (row, sum) in a.chunks_exact(b.len()).zip(out) {
@@ -110,6 +112,7 @@ mod tests {
             (9, 40, 1),
             (9, 12, 20),
             (1, 12, 9),
+            (1, 40, 9),
             (32, 64, 6),
             (32, 1024, 512),
         ] {

@@ -87,10 +87,11 @@ impl Sizes {
         self.image[0] * self.window.kernel * self.window.kernel
     }
 
-    /// Calls `row(patch row, place, image, len)` for every run of places whose taps lie side by
-    /// side in the image where the stride is 1.
+    /// Calls `tap(place, number, rows, len)` for each number of a patch: at which place in the
+    /// columns it is first taken from the image, which number of the image that is, for how many
+    /// rows of places, and for how many places of each.
     #[inline(always)]
-    fn runs(&self, mut row: impl FnMut(usize, usize, usize, usize)) {
+    fn taps(&self, mut tap: impl FnMut(usize, usize, usize, usize)) {
         let Window { kernel, stride, padding } = self.window;
         let ([channels, rows, cols], [out_rows, out_cols]) = (self.image, self.places);
         for ky in 0..kernel {
@@ -102,11 +103,9 @@ impl Sizes {
                 }
                 let first = (top * stride + ky - padding) * cols + from * stride + kx - padding;
                 for c in 0..channels {
-                    let tap = (c * kernel + ky) * kernel + kx;
-                    for y in top..bottom {
-                        let image = c * rows * cols + first + (y - top) * stride * cols;
-                        row(tap, y * out_cols + from, image, to - from);
-                    }
+                    let row = (c * kernel + ky) * kernel + kx;
+                    let place = row * self.n_places() + top * out_cols + from;
+                    tap(place, c * rows * cols + first, bottom - top, to - from);
                 }
             }
         }
@@ -117,28 +116,32 @@ impl Sizes {
         if self.window.padding > 0 {
             columns.fill(F::zero());
         }
-        let (n, stride) = (self.n_places(), self.window.stride);
-        self.runs(|tap, place, from, len| {
-            let out = &mut columns[tap * n + place..][..len];
-            if stride == 1 {
-                copy(&image[from..from + len], out);
-            } else {
-                out.iter_mut().zip(image[from..].iter().step_by(stride)).for_each(|(y, &x)| *y = x);
+        let ([_, _, cols], [_, out_cols], stride) = (self.image, self.places, self.window.stride);
+        self.taps(|place, from, rows, len| {
+            let columns = columns[place..].chunks_mut(out_cols).take(rows);
+            for (out, image) in columns.zip(image[from..].chunks(stride * cols)) {
+                if stride == 1 {
+                    copy(&image[..len], &mut out[..len]);
+                } else {
+                    let image = image.iter().step_by(stride);
+                    out[..len].iter_mut().zip(image).for_each(|(y, &x)| *y = x);
+                }
             }
         });
     }
 
     /// Adds patches to the image that they overlap in.
     fn fold<F: Real>(&self, columns: &[F], image: &mut [F]) {
-        let (n, stride) = (self.n_places(), self.window.stride);
-        self.runs(|tap, place, to, len| {
-            let from = &columns[tap * n + place..][..len];
-            if stride == 1 {
-                let image = &mut image[to..to + len];
-                image.iter_mut().zip(from).for_each(|(x, &y)| *x += y);
-            } else {
-                let image = image[to..].iter_mut().step_by(stride);
-                image.zip(from).for_each(|(x, &y)| *x += y);
+        let ([_, _, cols], [_, out_cols], stride) = (self.image, self.places, self.window.stride);
+        self.taps(|place, to, rows, len| {
+            let columns = columns[place..].chunks(out_cols).take(rows);
+            for (from, image) in columns.zip(image[to..].chunks_mut(stride * cols)) {
+                if stride == 1 {
+                    image[..len].iter_mut().zip(&from[..len]).for_each(|(x, &y)| *x += y);
+                } else {
+                    let image = image.iter_mut().step_by(stride);
+                    image.zip(&from[..len]).for_each(|(x, &y)| *x += y);
+                }
             }
         });
     }
