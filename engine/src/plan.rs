@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ivx_grammar::ir::ExprId;
-use ivx_op::{Args, Dim, Shapes};
+use ivx_op::{Args, Dim, Needs, Registry, Shapes};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 /// A program as a graph, from inputs to users; the weight of an edge is nothing.
@@ -89,6 +89,13 @@ impl Source {
 }
 
 impl Step {
+    /// What running it takes, of inputs of so many bytes.
+    pub(crate) fn needs(&self, registry: &Registry, input_bytes: u64) -> Needs {
+        let shapes = self.shapes.as_deref();
+        let needs = registry.needs(&self.op, &self.args, shapes, input_bytes);
+        Needs { threads: needs.threads.max(1), ..needs }
+    }
+
     /// The sources of what is held and of all ports, in order.
     pub fn sources(&self) -> impl Iterator<Item = Source> {
         let feds = self.held.iter().chain(self.ports.iter().flat_map(|(_, feds)| feds));

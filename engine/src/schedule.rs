@@ -222,9 +222,7 @@ impl<'a> Run<'a> {
             let output = source.node().and_then(|node| self.nodes[node.index()].output.as_ref());
             output.map_or(0, |output| output.size)
         };
-        let (shapes, bytes) = (step.shapes.as_deref(), step.sources().map(size).sum());
-        let needs = self.registry.needs(&step.op, &step.args, shapes, bytes);
-        Needs { threads: needs.threads.max(1), ..needs }
+        step.needs(self.registry, step.sources().map(size).sum())
     }
 
     /// Notes a result, and returns the nodes that are ready by it.
