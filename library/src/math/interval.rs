@@ -2,7 +2,7 @@
 
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
-use statrs::distribution::{ContinuousCDF as _, StudentsT};
+use statrs::distribution::{ContinuousCDF as _, Normal, StudentsT};
 
 use super::moments::{mean, real, stderr};
 use super::order::{quantile_of_sorted, sorted};
@@ -23,19 +23,62 @@ pub fn student_t(xs: &[f64], confidence: f64) -> (f64, f64) {
     (mean(xs) - half, mean(xs) + half)
 }
 
-/// Percentile bootstrap interval for the mean.
+/// Percentile bootstrap interval for the mean; of the differences of pairs, for theirs.
 ///
 /// # Panics
 /// If there are no values or `confidence` is not between 0 and 1.
 #[must_use]
 pub fn bootstrap(xs: &[f64], confidence: f64, rng: &mut ChaCha8Rng) -> (f64, f64) {
+    let means: Vec<f64> = (0..N_RESAMPLES).map(|_| resampled_mean(xs, rng)).collect();
+    percentile(&means, confidence)
+}
+
+/// Percentile bootstrap interval for the difference of the means of two samples, drawn independently.
+///
+/// # Panics
+/// If a sample has no values or `confidence` is not between 0 and 1.
+#[must_use]
+pub fn bootstrap_difference(
+    xs: &[f64],
+    ys: &[f64],
+    confidence: f64,
+    rng: &mut ChaCha8Rng,
+) -> (f64, f64) {
+    let one = |rng: &mut ChaCha8Rng| resampled_mean(xs, rng) - resampled_mean(ys, rng);
+    let differences: Vec<f64> = (0..N_RESAMPLES).map(|_| one(rng)).collect();
+    percentile(&differences, confidence)
+}
+
+fn resampled_mean(xs: &[f64], rng: &mut ChaCha8Rng) -> f64 {
     assert!(!xs.is_empty(), "an interval needs a value");
+    xs.iter().map(|_| xs[rng.random_range(0..xs.len())]).sum::<f64>() / real(xs.len())
+}
+
+/// The interval between percentiles that leaves out as many estimates below as above.
+///
+/// # Panics
+/// If there are no estimates or `confidence` is not between 0 and 1.
+#[must_use]
+pub fn percentile(estimates: &[f64], confidence: f64) -> (f64, f64) {
     assert!(0.0 < confidence && confidence < 1.0, "a confidence between 0 and 1");
-    let mut resampled = || xs.iter().map(|_| xs[rng.random_range(0..xs.len())]).sum::<f64>();
-    let means: Vec<f64> = (0..N_RESAMPLES).map(|_| resampled() / real(xs.len())).collect();
-    let means = sorted(&means);
+    let estimates = sorted(estimates);
     let outside = (1.0 - confidence) / 2.0;
-    (quantile_of_sorted(&means, outside), quantile_of_sorted(&means, 1.0 - outside))
+    (quantile_of_sorted(&estimates, outside), quantile_of_sorted(&estimates, 1.0 - outside))
+}
+
+/// Wilson's interval for a probability of which `k` of `n` trials were successes.
+///
+/// # Panics
+/// If there are no trials, more successes than trials, or `confidence` is not between 0 and 1.
+#[must_use]
+pub fn wilson(k: usize, n: usize, confidence: f64) -> (f64, f64) {
+    assert!(0 < n && k <= n, "successes among trials");
+    assert!(0.0 < confidence && confidence < 1.0, "a confidence between 0 and 1");
+    let z = Normal::standard().inverse_cdf(0.5 + confidence / 2.0);
+    let (p, n, z2) = (real(k) / real(n), real(n), z * z);
+    let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = z / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    (centre - half, centre + half)
 }
 
 #[cfg(test)]
@@ -57,6 +100,22 @@ mod tests {
         assert_eq!(student_t(&[2.0; 5], 0.95), (2.0, 2.0));
         let mut rng = Ctx::new("test", 0, None).rng("bootstrap", &[]);
         assert_eq!(bootstrap(&[2.0; 20], 0.95, &mut rng), (2.0, 2.0));
+    }
+
+    #[test]
+    fn a_difference_is_as_wide_as_both() {
+        // Deviations 2.887 of both means: 1.96 · 2.887 · √2 = 8.0 around 0.
+        let xs: Vec<f64> = (0..100).map(real).collect();
+        let mut rng = Ctx::new("test", 0, None).rng("bootstrap", &[]);
+        let (low, high) = bootstrap_difference(&xs, &xs, 0.95, &mut rng);
+        assert!((low + 8.0).abs() < 0.3 && (high - 8.0).abs() < 0.3, "{low} {high}");
+    }
+
+    #[test]
+    fn a_share_of_none_has_an_interval() {
+        // At p = 0 and z = 1.96 it ends at z² / (n + z²).
+        let (low, high) = wilson(0, 10, 0.95);
+        assert!(low.abs() < 1e-12 && (high - 3.841_459 / 13.841_459).abs() < 1e-6);
     }
 
     #[test]

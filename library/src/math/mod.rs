@@ -1,8 +1,11 @@
 //! Pure functions on numbers.
 
+pub mod compare;
+pub mod detect;
 pub mod interval;
 pub mod linear_gaussian;
 pub mod moments;
 pub mod order;
 pub mod policy;
+pub mod several;
 pub mod tail;

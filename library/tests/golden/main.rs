@@ -7,3 +7,4 @@ mod harness;
 mod losses;
 mod networks;
 mod optim;
+mod statistics;
