@@ -104,10 +104,13 @@ pub enum ItemKind {
         /// Its value.
         value: Expr,
     },
-    /// `claim "..." : left < right` or `claim "..." : left == right within(0.05)`.
+    /// `claim "..." : left < right`, `claim "..." at 0.99 : left < right` or
+    /// `claim "..." : left == right within(0.05)`.
     Claim {
         /// What is claimed, in words.
         name: Spanned<String>,
+        /// The confidence of `at 0.99`.
+        at: Option<Box<Expr>>,
         /// What is claimed; a comparison unless the author erred.
         value: Expr,
         /// The tolerance of `within(0.05)`.

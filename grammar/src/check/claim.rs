@@ -11,12 +11,15 @@ use crate::ast::{self, BinaryOp, ExprKind};
 use crate::ir::{Desc, Expr, ExprId, Feed, Op};
 use crate::{Code, Diagnostic, Span, Spanned};
 
+/// The confidences that a claim may ask for.
+const CONFIDENCES: std::ops::RangeInclusive<f64> = 0.5..=0.999;
+
 impl<'a> Checker<'a> {
     /// The verdict on a claim.
     pub(super) fn claim(
         &mut self,
         at: &At,
-        title: &'a Spanned<String>,
+        (title, confidence): (&'a Spanned<String>, Option<&'a ast::Expr>),
         value: &'a ast::Expr,
         within: Option<&'a ast::Expr>,
     ) -> Option<ExprId> {
@@ -43,8 +46,9 @@ impl<'a> Checker<'a> {
             }
             None => Some(0.0),
         };
+        let confidence = confidence.map_or(Some(0.95), |written| self.confidence(at, written));
         let (left, right) = (self.side(at, left), self.side(at, right));
-        let (within, left, right) = (within?, left?, right?);
+        let (within, confidence, left, right) = (within?, confidence?, left?, right?);
         if !self.comparable(&left, &right) {
             return None;
         }
@@ -62,7 +66,7 @@ impl<'a> Checker<'a> {
         let seeds = i64::try_from(seeds).expect("axes are bounded");
         let args = ByName::from([
             ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
-            ("confidence".to_owned(), Desc::Lit(Lit::Real(0.95))),
+            ("confidence".to_owned(), Desc::Lit(Lit::Real(confidence))),
             ("within".to_owned(), Desc::Lit(Lit::Real(within))),
             ("seeds".to_owned(), Desc::Lit(Lit::Int(seeds))),
         ]);
@@ -78,6 +82,23 @@ impl<'a> Checker<'a> {
             kind: crate::ir::ExprKind::Op(op),
         };
         Some(self.push(expr, value.span))
+    }
+
+    /// How often intervals such as that of a claim hold the true mean.
+    fn confidence(&mut self, at: &At, written: &'a ast::Expr) -> Option<f64> {
+        let known = self.known_before(at.scope, written);
+        let Val::Desc(Desc::Lit(lit), ty) = known else {
+            return None;
+        };
+        let message = match lit.as_f64() {
+            Some(confidence) if CONFIDENCES.contains(&confidence) => return Some(confidence),
+            Some(_) => format!("the confidence of a claim is from 0.5 to 0.999, found {lit}"),
+            None => format!("the confidence of a claim is a Float, found {ty}"),
+        };
+        let code = if lit.as_f64().is_some() { Code::Range } else { Code::Type };
+        let fault = Diagnostic::new(code, written.span, message, "no such confidence");
+        self.fault(fault.help("write `claim \"..\" at 0.99 : ..`; without it, 0.95 is meant"));
+        None
     }
 
     /// By how much the sides of a claim of equality may differ.

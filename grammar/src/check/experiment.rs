@@ -124,12 +124,20 @@ impl<'a> Checker<'a> {
                     let expr = self.rendered(&at(&name.value), name, value, Table::KIND);
                     done.tables.extend(output(&name.value, expr, String::new()));
                 }
-                ItemKind::Claim { name, value, within } => {
+                ItemKind::Claim { name, at: confidence, value, within } => {
                     if let Some(first) = claims.insert(&name.value, name.span) {
                         self.twice(name, first);
                     }
-                    let expr = self.claim(&at(&name.value), name, value, within.as_ref());
-                    let source = self.source(value.span.to(item.span));
+                    let expr = self.claim(
+                        &at(&name.value),
+                        (name, confidence.as_deref()),
+                        value,
+                        within.as_ref(),
+                    );
+                    let mut source = self.source(value.span.to(item.span));
+                    if let Some(confidence) = confidence {
+                        source = format!("{source} at {}", self.source(confidence.span));
+                    }
                     done.claims.extend(output(&name.value, expr, source));
                 }
                 _ => {}

@@ -81,6 +81,7 @@ fn expressions_break_before_operators() {
         &format!("claim \"c\" : {long} + {long} < {long}"),
         &format!("claim \"c\" :\n    {long} + {long}\n        < {long}"),
     );
+    check("claim \"c\"at  0.99:a<b", "claim \"c\" at 0.99 : a < b");
     check("claim \"c\":a==b\nwithin ( 0.05 )", "claim \"c\" : a == b within(0.05)");
     check(
         &format!("claim \"c\" : {long} + {long} == {long} within(0.05)"),

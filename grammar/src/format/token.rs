@@ -109,7 +109,11 @@ fn kind(before: &[Token<'_>], word: &str, in_type: bool, called: bool) -> Kind {
         "=" => Kind::Equals,
         "." | ".." => Kind::Joint,
         ":" => match before {
-            [.., claim, _] if claim.text == "claim" && claim.kind == Kind::Item => Kind::ClaimColon,
+            [.., claim, _] | [.., claim, _, _, _]
+                if claim.text == "claim" && claim.kind == Kind::Item =>
+            {
+                Kind::ClaimColon
+            }
             _ => Kind::Colon,
         },
         "<" | ">" if in_type => Kind::Angle,

@@ -47,6 +47,7 @@ fn declaration() -> Tokens {
         titled("table", "="),
         titled("claim", ":"),
         tolerant(),
+        sure(),
         published(),
     ]
     .boxed()
@@ -143,6 +144,13 @@ fn tolerant() -> Tokens {
             let within = [of("within"), of("("), within, of(")")].concat();
             [of("claim"), title, of(":"), sides, within].concat()
         })
+        .boxed()
+}
+
+/// A claim of a confidence of its own.
+fn sure() -> Tokens {
+    (string(), prop_oneof![number(), name()], expr())
+        .prop_map(|(title, at, value)| [of("claim"), title, of("at"), at, of(":"), value].concat())
         .boxed()
 }
 

@@ -108,7 +108,15 @@ impl<'d> Build<'d> {
             Rule::figure_head => ItemKind::Figure { name: self.string(&parts.part()), value },
             Rule::table_head => ItemKind::Table { name: self.string(&parts.part()), value },
             Rule::claim_head => {
-                ItemKind::Claim { name: self.string(&parts.part()), value, within: None }
+                let name = self.string(&parts.part());
+                let at = parts.next().map(|pair| {
+                    if pair.as_rule() == Rule::number {
+                        return Box::new(self.number(&pair, None));
+                    }
+                    let name = self.name(&pair);
+                    Box::new(Expr { span: name.span, kind: ExprKind::Name(name.value) })
+                });
+                ItemKind::Claim { name, at, value, within: None }
             }
             other => unreachable!("{other:?} does not begin an item"),
         }

@@ -327,6 +327,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::operator | Rule::arith | Rule::compare => (11, "an operator"),
         Rule::as_word => (11, "`as`"),
         Rule::within | Rule::within_word => (11, "`within`"),
+        Rule::at_word => (11, "`at`"),
         Rule::langle => (11, "`<`"),
         Rule::end | Rule::EOI | Rule::item_word => (12, "the next item"),
         Rule::edition

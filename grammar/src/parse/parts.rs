@@ -81,6 +81,7 @@ fn means_something(rule: Rule) -> bool {
             | Rule::as_word
             | Rule::match_word
             | Rule::within_word
+            | Rule::at_word
             | Rule::from_word
     )
 }

@@ -55,6 +55,14 @@ fn items() {
         ],
     );
     check(
+        "claim \"1\" at 0.99 : a < b let at = 1 claim \"2\" at at : at == at within(at)",
+        &[
+            r#"(claim "1" at 0.99 (< a b))"#,
+            "(let at 1)",
+            r#"(claim "2" at at (== at at) within at)"#,
+        ],
+    );
+    check(
         "table \"1\" = table(a) figure \"2\" = figure (b) table \"3\" =\ntable(c)",
         &[r#"(table "1" (table a))"#, r#"(figure "2" (figure b))"#, r#"(table "3" (table c))"#],
     );

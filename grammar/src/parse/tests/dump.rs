@@ -41,9 +41,11 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Measure { name, value } => format!("measure {} {}", name.value, expr(value)),
         ItemKind::Figure { name, value } => format!("figure {:?} {}", name.value, expr(value)),
         ItemKind::Table { name, value } => format!("table {:?} {}", name.value, expr(value)),
-        ItemKind::Claim { name, value, within } => {
+        ItemKind::Claim { name, at, value, within } => {
+            let at = at.as_ref().map(|at| format!(" at {}", expr(at)));
             let within = within.as_ref().map(|within| format!(" within {}", expr(within)));
-            format!("claim {:?} {}{}", name.value, expr(value), within.unwrap_or_default())
+            let (at, within) = (at.unwrap_or_default(), within.unwrap_or_default());
+            format!("claim {:?}{at} {}{within}", name.value, expr(value))
         }
         ItemKind::Published { name, path } => {
             format!("published {} {:?}", name.value, path.value)
