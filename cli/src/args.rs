@@ -53,6 +53,15 @@ Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[
     /// Compare two results.
     #[command(after_help = "Example: ivx diff old/results.ron results/thesis")]
     Diff(Diff),
+    /// Write measures, or one model or data set, as other programs read them.
+    #[command(after_help = "\
+Examples: ivx export results/thesis --to measures.csv
+          ivx export results/thesis overoptimisation/optimality_gap --to gap.json
+          ivx export experiments/thesis.ivx 'reward_ensemble/model[seed=0]/member[3]' --to model.npz
+
+Measures are told one number a line, with a column for each axis and dimension. A node of a spec is taken
+from the cache, and nothing is run.")]
+    Export(Exported),
     /// List the operations and parts that specs can use.
     #[command(after_help = "Example: ivx ops argmax")]
     Ops(Ops),
@@ -240,6 +249,21 @@ pub(crate) struct Diff {
     /// By how much a number may move, relative to its size.
     #[arg(long, default_value_t = 1e-9)]
     pub(crate) tolerance: f64,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Exported {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+    #[command(flatten)]
+    pub(crate) store: Store,
+    /// Of results: only the measures whose names begin so. Of a spec: a node, as `ivx plan --nodes` lists
+    /// it.
+    #[arg(value_name = "NAME")]
+    pub(crate) name: Option<String>,
+    /// The file; its name ends in `.csv` or `.json` for measures, in `.npz` or `.safetensors` for a node.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) to: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]

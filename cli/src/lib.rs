@@ -79,6 +79,7 @@ pub fn run(
         Command::Verify(args) => command::verify(args, out, err),
         Command::Fmt(args) => command::fmt(args, out, err),
         Command::Diff(args) => command::diff(args, out, err),
+        Command::Export(args) => command::export(args, out, err),
         Command::Ops(args) => command::ops(args, out, err),
         Command::Explain(args) => command::explain(args, out, err),
         Command::Runs(args) => command::runs(args, out, err),

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_cache::{Cache, Digest, Record};
 use ivx_op::Registry;
+use petgraph::graph::NodeIndex;
 
 use crate::key::{key, number_digest};
 use crate::plan::{Plan, Source};
@@ -79,6 +80,20 @@ fn keys(
         results.push(key.and_then(|key| result(&key)));
     }
     keys
+}
+
+/// The record of a node; none if its result is not known.
+///
+/// # Panics
+/// If the plan has no such node.
+#[must_use]
+pub fn record_of<'c>(
+    plan: &Plan,
+    registry: &Registry,
+    cache: &'c Cache,
+    node: NodeIndex,
+) -> Option<&'c Record> {
+    known(plan, registry, cache)[node.index()].record
 }
 
 /// Whether the result of each node is known and its bytes are gone.

@@ -22,6 +22,7 @@ mod queue;
 mod results;
 mod schedule;
 mod stop;
+mod tidy;
 mod verify;
 mod why;
 
@@ -29,7 +30,7 @@ pub use diff::{Change, diff};
 pub use difference::{Difference, Part};
 pub use event::{Event, Listen, Silence};
 pub use expand::expand;
-pub use foresee::{Foreseen, consult, foresee, gone, recorded};
+pub use foresee::{Foreseen, consult, foresee, gone, record_of, recorded};
 pub use key::{explain, key, number_digest};
 pub use lock::{Lock, Locks};
 pub use outcome::{Fate, Node, Outcome};
@@ -41,5 +42,6 @@ pub use results::{
 };
 pub use schedule::{Options, schedule};
 pub use stop::Stop;
+pub use tidy::{Coordinate, Row, Tidy, tidy};
 pub use verify::{Verified, verify};
 pub use why::{Cause, Changed, Earlier, InputChange, Reason, Why, why};

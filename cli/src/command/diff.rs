@@ -22,7 +22,7 @@ pub(crate) fn diff(args: &Diff, out: &mut dyn Write, _: &mut dyn Write) -> Resul
     Ok(FAILED)
 }
 
-fn read(path: &Path) -> Result<Results, Trouble> {
+pub(super) fn read(path: &Path) -> Result<Results, Trouble> {
     let path = if path.is_dir() { path.join("results.ron") } else { path.to_owned() };
     let text = fs::read_to_string(&path).at(&path)?;
     Results::from_ron(&text)

@@ -4,7 +4,7 @@ mod json;
 mod text;
 
 use std::collections::BTreeSet;
-use std::io::Write;
+use std::io::{self, Write};
 
 use ivx_cache::Cache;
 use ivx_engine::{NodeIndex, Plan, consult, expand, platform};
@@ -31,14 +31,7 @@ pub(crate) fn why(
     let plan = expand(&ready.spec, &ready.registry);
     let nodes = matching(&plan, &args.node);
     if nodes.is_empty() {
-        let addresses = || {
-            let own = plan.graph.node_weights().map(|step| step.address.as_str());
-            own.chain(plan.aliases.keys().map(String::as_str))
-        };
-        let help = suggest(&args.node, addresses().map(stem));
-        let help = help.or_else(|| suggest(&args.node, addresses()));
-        let help = help.unwrap_or_else(|| "`ivx plan --nodes` lists them".to_owned());
-        writeln!(err, "error: no node is called `{}`: {help}", args.node)?;
+        unknown(&plan, &args.node, err)?;
         return Ok(WRONG);
     }
     let mut cache = Cache::look(&project::cache(&ready.loaded.root), &platform())?;
@@ -64,9 +57,21 @@ pub(crate) fn why(
     Ok(OK)
 }
 
+/// Says that no node has this name, and which was perhaps meant.
+pub(super) fn unknown(plan: &Plan, name: &str, err: &mut dyn Write) -> io::Result<()> {
+    let addresses = || {
+        let own = plan.graph.node_weights().map(|step| step.address.as_str());
+        own.chain(plan.aliases.keys().map(String::as_str))
+    };
+    let help = suggest(name, addresses().map(stem));
+    let help = help.or_else(|| suggest(name, addresses()));
+    let help = help.unwrap_or_else(|| "`ivx plan --nodes` lists them".to_owned());
+    writeln!(err, "error: no node is called `{name}`: {help}")
+}
+
 /// The nodes that a name means: the one that it is an address of, else those that it is the
 /// beginning of, up to where a word ends if there are such.
-fn matching(plan: &Plan, name: &str) -> Vec<NodeIndex> {
+pub(super) fn matching(plan: &Plan, name: &str) -> Vec<NodeIndex> {
     let own = plan.graph.node_indices().map(|node| (plan.graph[node].address.as_str(), node));
     let others = plan.aliases.iter().map(|(address, node)| (address.as_str(), *node));
     let mut found = BTreeSet::new();

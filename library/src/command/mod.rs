@@ -18,6 +18,7 @@ mod watch;
 use ivx_op::Registry;
 
 pub use input::{AsFile, Input};
+pub use npz::npz;
 pub use outside::{file, program, variable};
 pub use read::{ReadDataset, ReadFile, ReadModel, ReadScalar};
 pub use run::RunProgram;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ivx_op::Data;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
 use super::folder::MAX_OUTPUT;
@@ -16,10 +17,32 @@ const TOO_LARGE: u32 = u32::MAX;
 
 /// Arrays under their names, with their shapes, not compressed.
 pub(super) fn write(arrays: &[(&str, &[usize], &[f64])]) -> Vec<u8> {
+    let files = arrays.iter().map(|(name, shape, values)| {
+        (*name, npy("<f8", shape, values.iter().flat_map(|x| x.to_le_bytes())))
+    });
+    archived(files)
+}
+
+/// The arrays of an artifact as an archive of numpy.
+#[must_use]
+pub fn npz(arrays: &BTreeMap<String, Data>) -> Vec<u8> {
+    let files = arrays.iter().map(|(name, data)| {
+        let file = match data {
+            Data::F64(shape, xs) => npy("<f8", shape, xs.iter().flat_map(|x| x.to_le_bytes())),
+            Data::F32(shape, xs) => npy("<f4", shape, xs.iter().flat_map(|x| x.to_le_bytes())),
+            Data::U8(bytes) => npy("|u1", &[bytes.len()], bytes.iter().copied()),
+        };
+        (name.as_str(), file)
+    });
+    archived(files)
+}
+
+fn archived<'a>(files: impl ExactSizeIterator<Item = (&'a str, Vec<u8>)>) -> Vec<u8> {
     let mut archive = Vec::new();
     let mut directory = Vec::new();
-    for (name, shape, values) in arrays {
-        let (name, file) = (format!("{name}.npy"), npy(shape, values));
+    let n_files = files.len();
+    for (name, file) in files {
+        let name = format!("{name}.npy");
         let start = size(archive.len());
         // Version 2.0, no flags, stored, at the beginning of 1980.
         let about: Vec<u8> = [
@@ -36,7 +59,7 @@ pub(super) fn write(arrays: &[(&str, &[usize], &[f64])]) -> Vec<u8> {
         let listed = [&LISTED.to_le_bytes(), &[20, 0][..], &about, &place, name.as_bytes()];
         directory.extend(listed.concat());
     }
-    let n = short(arrays.len()).to_le_bytes();
+    let n = short(n_files).to_le_bytes();
     let (length, start) = (size(directory.len()).to_le_bytes(), size(archive.len()).to_le_bytes());
     let end = [&END.to_le_bytes(), &[0; 4][..], &n, &n, &length, &start, &[0, 0]].concat();
     [archive, directory, end].concat()
@@ -50,16 +73,16 @@ fn short(n: usize) -> u16 {
     u16::try_from(n).expect("names and their number are small")
 }
 
-fn npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
+fn npy(kind: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
     let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
     let shape = shape.join(", ") + if shape.len() == 1 { "," } else { "" };
-    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}), }}");
+    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
     // Numbers begin at a multiple of 64.
     let header =
         format!("{header:<width$}\n", width = (header.len() + 11).next_multiple_of(64) - 11);
     let length = short(header.len()).to_le_bytes();
     let mut file = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes()].concat();
-    file.extend(values.iter().flat_map(|x| x.to_le_bytes()));
+    file.extend(bytes);
     file
 }
 
@@ -233,7 +256,7 @@ mod tests {
         let arrays = read(&bytes).unwrap();
         assert_eq!(arrays["x"], (vec![3], x.to_vec()));
         assert_eq!(arrays["y"], (vec![1, 1], y.to_vec()));
-        assert_eq!(npy(&[3], &x).len() % 64, x.len() * 8);
+        assert_eq!(npy("<f8", &[3], [0; 24].into_iter()).len() % 64, 24);
     }
 
     #[test]
