@@ -43,6 +43,15 @@ fn the_thesis_runs_at_its_smallest() {
         "polynomial_regression.seeds=2",
         "deep_ensemble.seeds=2",
         "overoptimisation.seeds=2",
+        "behaviour_cloning.seeds=2",
+        "behaviour_cloning.demos=10",
+        "behaviour_cloning.steps=20",
+        "behaviour_cloning.episodes=10",
+        "value_learning.seeds=2",
+        "value_learning.walks=5",
+        "value_learning.episodes=20",
+        "value_ensemble.seeds=2",
+        "value_ensemble.passes=5",
     ];
     let sets: Vec<&str> = smallest.iter().flat_map(|set| ["--set", set]).collect();
     let executed = project.executed("thesis.ivx", &sets);

@@ -2,6 +2,7 @@
 //!
 //! To add one: write its file, and add one line to its folder's table or `register`.
 
+pub mod agent;
 pub mod artifact;
 pub mod ce;
 pub mod command;
@@ -29,6 +30,7 @@ pub fn registry() -> Registry {
     let registry = nn::register(registry);
     let registry = learner::register(registry);
     let registry = planner::register(registry);
+    let registry = agent::register(registry);
     let registry = metric::register(registry);
     let registry = command::register(registry);
     figure::register(registry)

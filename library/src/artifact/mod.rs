@@ -5,9 +5,11 @@ mod decision;
 mod model;
 mod outputs;
 mod posterior;
+mod rollouts;
 
 pub use dataset::{Dataset, Form};
 pub use decision::Decision;
 pub use model::{Head, Model, NetModel};
 pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;
+pub use rollouts::{Episode, Rollouts};

@@ -2,14 +2,17 @@
 
 mod belief;
 mod boxes;
+mod chain;
 mod copy;
 mod examples;
 mod glyphs;
+mod goal_world;
 mod grid;
 mod grids;
 mod interval;
 mod intervals;
 mod lottery;
+mod mdp;
 mod reward_at;
 mod sample;
 mod sinusoids;
@@ -25,14 +28,17 @@ use crate::artifact::Form;
 
 pub use belief::BeliefOver;
 pub use boxes::Boxes;
+pub use chain::Chain;
 pub use copy::Copying;
 pub use examples::Examples;
 pub use glyphs::Glyphs;
+pub use goal_world::GoalWorld;
 pub use grid::Grid;
 pub use grids::Grids;
 pub use interval::Interval;
 pub use intervals::Intervals;
 pub use lottery::Discrete;
+pub use mdp::{Mdp, Transitions};
 pub use reward_at::RewardAt;
 pub use sample::Sample;
 pub use sinusoids::Sinusoids;
@@ -98,6 +104,15 @@ pub trait Task: Debug + Send + Sync {
     fn draw(&self, rng: &mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>);
 }
 
+/// An environment that an agent acts in, step by step.
+pub trait Env: Debug + Send + Sync {
+    /// What it does.
+    ///
+    /// # Errors
+    /// If the description is no environment.
+    fn mdp(&self) -> Result<Mdp, OpError>;
+}
+
 macro_rules! tables {
     ($($table:ident: $family:ident = $name:literal { $($part:ty),+ })+) => {$(
         family!(dyn $family, $name, $table);
@@ -119,6 +134,7 @@ tables! {
     regions: Region = "Region" { Interval, Intervals }
     places: Points = "Points" { Grid, Grids }
     tasks: Task = "Task" { Copying, Glyphs }
+    envs: Env = "Env" { Chain, GoalWorld }
 }
 
 /// Values at places, over the dimension `x`.
@@ -145,8 +161,10 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .parts(regions())
         .parts(places())
         .parts(tasks())
+        .parts(envs())
         .op::<Examples>()
         .op::<Sample>()
         .op::<RewardAt>()
         .op::<SupportDistance>()
+        .op::<Transitions>()
 }

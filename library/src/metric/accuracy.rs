@@ -20,14 +20,15 @@ declare! {
 }
 
 /// Targets are right or wrong.
-fn of_classes(form: &Form) -> Result<(), Misfit> {
+pub(super) fn of_classes(form: &Form) -> Result<(), Misfit> {
     if form.classes.is_some() {
         return Ok(());
     }
     Err(Misfit::new("the targets are numbers and no classes".to_owned(), "use `rmse`"))
 }
 
-fn measurable(facts: &Facts<'_>) -> Result<(), Wrong> {
+/// The rule that `on` has classes and is such as `model` was trained on.
+pub(super) fn measurable(facts: &Facts<'_>) -> Result<(), Wrong> {
     form::model_of_data(facts)?;
     form::form(facts, "on").map_or(Ok(()), |form| of_classes(&form).map_err(form::wrong("on")))
 }

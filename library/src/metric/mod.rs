@@ -8,6 +8,7 @@ mod equivalent;
 mod field;
 mod gap;
 mod mixture_std;
+mod nll;
 mod published;
 mod quantile;
 mod reduce;
@@ -26,6 +27,7 @@ pub use equivalent::Equivalent;
 pub use field::Field;
 pub use gap::{Hallucination, Regret};
 pub use mixture_std::MixtureStd;
+pub use nll::Nll;
 pub use published::PublishedNumbers;
 pub use quantile::Quantile;
 pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
@@ -37,6 +39,7 @@ pub use sort::Sort;
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .op::<Accuracy>()
+        .op::<Nll>()
         .op::<Mean>()
         .op::<Sum>()
         .op::<Share>()

@@ -1,6 +1,7 @@
 //! Our numbers beside numbers that other software computed.
 
 mod bayes;
+mod bellman;
 mod decision;
 mod gaps;
 mod harness;

@@ -1,0 +1,40 @@
+//! How agents act in environments step by step, and how they learn to.
+
+mod act;
+mod cloned;
+mod control;
+mod dynamic;
+mod estimate;
+mod policy;
+mod q_ensemble;
+
+use ivx_op::Registry;
+
+pub use act::{Act, Demonstrations, Returns, Visits};
+pub use cloned::ClonedPolicy;
+pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
+pub use dynamic::{PolicyValues, ValueIteration, backup, expected_values, highest_values};
+pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
+pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
+pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};
+
+/// Adds what this folder declares.
+pub(crate) fn register(registry: Registry) -> Registry {
+    registry
+        .parts(estimate::estimators())
+        .parts(control::bootstraps())
+        .op::<ValueIteration>()
+        .op::<PolicyValues>()
+        .op::<UniformPolicy>()
+        .op::<GreedyPolicy>()
+        .op::<BoltzmannPolicy>()
+        .op::<ClonedPolicy>()
+        .op::<Act>()
+        .op::<Demonstrations>()
+        .op::<Returns>()
+        .op::<Visits>()
+        .op::<EstimateValues>()
+        .op::<Control>()
+        .op::<QEnsemble>()
+        .op::<EnsemblePolicy>()
+}
