@@ -7,6 +7,7 @@ use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Parts, declare, family};
 
 use crate::artifact::{Episode, Rollouts};
 use crate::math::moments::real;
+use crate::math::returns::{Path, k_step, lambda_returns};
 
 /// Says what the states of an episode are worth by what followed.
 pub trait Estimator: Debug + Send + Sync {
@@ -50,25 +51,13 @@ impl Estimator for MonteCarlo {
 
 impl Estimator for Td {
     fn targets(&self, rewards: &[f64], values: &[f64], discount: f64) -> Vec<f64> {
-        let end = |t: usize| (t + self.steps).min(rewards.len());
-        let of_one = |t: usize| {
-            rewards[t..end(t)].iter().rev().fold(values[end(t)], |g, r| r + discount * g)
-        };
-        (0..rewards.len()).map(of_one).collect()
+        k_step(&Path { rewards, values, ends: &[] }, discount, self.steps)
     }
 }
 
 impl Estimator for TdLambda {
     fn targets(&self, rewards: &[f64], values: &[f64], discount: f64) -> Vec<f64> {
-        // G_t = r_{t+1} + γ ((1 - λ) v(s_{t+1}) + λ G_{t+1}), from the end on.
-        let mut targets = vec![0.0; rewards.len()];
-        let mut after = *values.last().expect("an episode has a last state");
-        for t in (0..rewards.len()).rev() {
-            let ahead = (1.0 - self.lambda) * values[t + 1] + self.lambda * after;
-            after = rewards[t] + discount * ahead;
-            targets[t] = after;
-        }
-        targets
+        lambda_returns(&Path { rewards, values, ends: &[] }, discount, self.lambda)
     }
 }
 

@@ -7,5 +7,6 @@ pub mod linear_gaussian;
 pub mod moments;
 pub mod order;
 pub mod policy;
+pub mod returns;
 pub mod several;
 pub mod tail;

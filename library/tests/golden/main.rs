@@ -9,3 +9,4 @@ mod losses;
 mod networks;
 mod optim;
 mod statistics;
+mod targets;
