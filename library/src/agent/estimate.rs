@@ -112,7 +112,7 @@ impl Op for EstimateValues {
 }
 
 /// What the states of an episode are worth; where it ended, 0.
-fn along(values: &[f64], e: &Episode) -> Vec<f64> {
+pub(super) fn along(values: &[f64], e: &Episode) -> Vec<f64> {
     let mut along: Vec<f64> = e.states.iter().map(|s| values[*s]).collect();
     if e.ended {
         *along.last_mut().expect("an episode has a state") = 0.0;

@@ -6,6 +6,7 @@ mod control;
 mod dynamic;
 mod estimate;
 mod policy;
+mod policy_gradient;
 mod q_ensemble;
 
 use ivx_op::Registry;
@@ -16,6 +17,7 @@ pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
 pub use dynamic::{PolicyValues, ValueIteration, backup, expected_values, highest_values};
 pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
+pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};
 pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};
 
 /// Adds what this folder declares.
@@ -23,6 +25,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .parts(estimate::estimators())
         .parts(control::bootstraps())
+        .parts(policy_gradient::critics())
         .op::<ValueIteration>()
         .op::<PolicyValues>()
         .op::<UniformPolicy>()
@@ -35,6 +38,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Visits>()
         .op::<EstimateValues>()
         .op::<Control>()
+        .op::<PolicyGradient>()
         .op::<QEnsemble>()
         .op::<EnsemblePolicy>()
 }
