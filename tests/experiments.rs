@@ -122,3 +122,53 @@ fn specs() -> Vec<(String, String)> {
     }
     specs
 }
+
+/// Numbers of the thesis as files, and claims about them.
+#[test]
+fn published_tables_are_read_and_compared_with() {
+    let tables: Vec<(String, String)> = fs::read_dir(root().join("published"))
+        .expect("published tables are there")
+        .flatten()
+        .map(|entry| {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            (name, fs::read_to_string(entry.path()).expect("tables can be read"))
+        })
+        .collect();
+    let read: std::collections::BTreeMap<&str, ivx_op::Published> = tables
+        .iter()
+        .map(|(name, text)| (name.as_str(), ivx_op::read_published(text).expect("it is sound")))
+        .collect();
+    let sizes: Vec<usize> = read.values().map(|table| table.values.len()).collect();
+    // 3.2, 3.3, 4.1, 4.2, 5.1, 5.2 and C.1, by their grids.
+    assert_eq!(sizes, [48, 84, 12, 24, 20, 20, 28]);
+    assert!(read.values().all(|table| table.values.iter().all(Option::is_some)));
+
+    let project = Project::with(&[]);
+    for (name, text) in &tables {
+        project.write(&format!("published/{name}"), text);
+    }
+    project.write("compared.ivx", COMPARED);
+    let said = project.run("exec", "compared.ivx", &["--strict"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert_eq!(said.out.matches("  holds ").count(), 4, "{}", said.out);
+}
+
+const COMPARED: &str = r#"edition "2026"
+
+experiment compared {
+    published t33 from "published/table_3_3.ron"
+    published t41 from "published/table_4_1.ron"
+    published t51 from "published/table_5_1.ron"
+    let success = t33[metric: "Success"]
+    measure overall = mean(success, over: scene)
+    measure return = t51[method: "mu+sigma-IVE[5]", eta: 0.5]
+    table "3.3" = table([overall], rows: method)
+    claim "RIP-WCM succeeds more often than DIM in every family" :
+        success[method: "RIP-WCM"] > success[method: "DIM"]
+    claim "at the highest threshold" : 325.0 == return within(10.0)
+    claim "a number of Table 3.3" :
+        t33[scene: "Hills", method: "RIP-MA", metric: "Success"] == 97.5
+    claim "ITD infers the reward of CoinGrid" :
+        t41[task: "CoinGrid", method: "ITD"] > t41[task: "CoinGrid", method: "SQIL"]
+}
+"#;
