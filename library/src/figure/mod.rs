@@ -10,6 +10,7 @@ mod curve;
 mod drawing;
 mod histogram;
 mod interval;
+mod latex;
 mod layer;
 mod level;
 mod lines;
