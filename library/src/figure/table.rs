@@ -16,7 +16,7 @@ declare! {
     /// There is a column for each value and each label of what it varies over but `rows`. Over
     /// `seed`, Markdown and LaTeX show the mean ± half the width of its 95 % interval; CSV has mean, low
     /// and high, in full precision.
-    pub struct Tabulate = "table" @ 3 -> Table {
+    pub struct Tabulate = "table" @ 4 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -239,7 +239,12 @@ pub(super) fn shown(cell: Option<Estimate>, digits: usize) -> String {
     let Some(Estimate { mean, interval }) = cell else { return String::new() };
     let mean_text = rounded(mean, digits);
     match interval {
-        Some((low, high)) => format!("{mean_text} ± {}", rounded((high - low) / 2.0, digits)),
+        Some((low, high)) => {
+            // What rounding leaves of an interval of equal numbers is none.
+            let half = (high - low) / 2.0;
+            let half = if half < 1e-12 * mean.abs() { 0.0 } else { half };
+            format!("{mean_text} ± {}", rounded(half, digits))
+        }
         None => mean_text,
     }
 }
@@ -391,5 +396,14 @@ mod tests {
         let text = markdown(&rows, &[column(Best::Lowest, &[1.0, 2.0])], 1);
         assert!(text.contains("| **1.0** |") && text.contains("|     2.0 |"), "{text}");
         assert!(Best::named("most").is_err());
+    }
+
+    #[test]
+    fn rounding_is_no_interval() {
+        let text = |mean: f64, half: f64| {
+            shown(Some(Estimate { mean, interval: Some((mean - half, mean + half)) }), 2)
+        };
+        assert_eq!(text(0.67, 1.2e-16), "0.67 ± 0.00");
+        assert_eq!(text(0.67, 1e-4), "0.67 ± 1.00e-4");
     }
 }
