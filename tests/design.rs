@@ -10,8 +10,8 @@ use ivx_grammar::{format, parse};
 use ivx_library::artifact::{Dataset, Model};
 use ivx_library::ke::KnowledgeEquivalent;
 use ivx_op::{
-    Array, Artifact, AxisNames, Ctx, Everything, Family, Figure, Lit, MemberCount, Members, One,
-    Op, OpError, Part, Parts, Registry, Rows, Ty, declare, family, record,
+    Array, Artifact, Ctx, Family, Lit, MemberCount, Members, One, Op, OpError, Part, Parts,
+    Registry, Rows, Ty, declare, family, record,
 };
 
 /// Artifacts of which only the kind is known.
@@ -229,12 +229,6 @@ to_come! {
         epochs: u64;
         members: MemberCount = 1;
     }
-    /// One panel for each label of `facet`.
-    Heatmap = "heatmap" -> Figure {
-        values: Everything<Array>;
-        x: AxisNames;
-        facet: AxisNames = Vec::<&str>::new();
-    }
 }
 
 fn registry() -> Registry {
@@ -256,7 +250,6 @@ fn registry() -> Registry {
         .op::<Emve>()
         .op::<TrainValue>()
         .op::<TrainModel>()
-        .op::<Heatmap>()
 }
 
 /// How many nodes of each operation a spec has, without its mention of anything wrong.

@@ -64,6 +64,30 @@ pub(super) fn arrange(
     })
 }
 
+/// All values, seeds among them, at each label of some dimensions.
+///
+/// # Errors
+/// If a name is unknown or given twice.
+pub(super) fn sorted(
+    value: &Everything<Array>,
+    outer: &[String],
+) -> Result<(Vec<Dim>, Vec<Vec<f64>>), OpError> {
+    if outer.is_empty() {
+        // They need not have their dimensions in common.
+        let all = value.0.values.iter().flat_map(|array| array.values.clone());
+        return Ok((Vec::new(), vec![all.collect()]));
+    }
+    let array = Array::stack(&value.0).map_err(OpError::Failed)?;
+    let outer = places(&array, &value.0.name, outer)?;
+    let rest = (0..array.dims.len()).filter(|d| !outer.contains(d));
+    let order: Vec<usize> = outer.iter().copied().chain(rest).collect();
+    let dims: Vec<Dim> = outer.iter().map(|&d| array.dims[d].clone()).collect();
+    let n: usize = dims.iter().map(Dim::len).product();
+    let values = transpose(&array, &order);
+    let each = values.len().checked_div(n).unwrap_or(0).max(1);
+    Ok((dims, values.chunks(each).map(<[f64]>::to_vec).collect()))
+}
+
 impl Arranged {
     /// The same, provided that at most `n` dimensions were left over.
     ///
@@ -76,15 +100,16 @@ impl Arranged {
     }
 }
 
-/// The rule that at most `n` dimensions of a value are left over, where `named` names the others.
+/// The rule that at most `n` dimensions of a value are left over, where these arguments name the others.
 pub(super) fn left_over(
     facts: &Facts<'_>,
     value: &'static str,
-    named: &str,
+    named: &[&str],
     n: usize,
     remedy: &str,
 ) -> Result<(), Wrong> {
-    let named = facts.arg::<Vec<String>>(named).unwrap_or_default();
+    let named = named.iter().flat_map(|arg| facts.arg::<Vec<String>>(arg).unwrap_or_default());
+    let named: Vec<String> = named.collect();
     for over in facts.over.get(value).into_iter().flatten() {
         let mut rest = over.iter().filter(|name| *name != SEED && !named.contains(name));
         if let Some(name) = rest.nth(n) {

@@ -1,22 +1,25 @@
 //! The area about a value.
 
-use ivx_op::{Array, Ctx, Everything, Facts, NumericAxis, Op, OpError, Wrong, declare};
+use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, NumericAxis, Op, OpError, Wrong, declare};
 
 use super::arrange::{Arranged, arrange, called, left_over, names, numbers};
 use super::drawing::{Mark, Series};
 use super::layer::{Layer, entry};
+use super::panels::panels;
 
 declare! {
     /// The area `center ± width · spread` along `x`; over `seed`, that of the two means.
     ///
     /// A curve of the same label has the same colour.
-    pub struct Band = "band" @ 1 -> Layer {
+    pub struct Band = "band" @ 2 -> Layer {
         /// The middle.
         center: Everything<Array>;
         /// Half the height, in units of `width`.
         spread: Everything<Array>;
         /// An axis or dimension of both whose labels are numbers.
         x: NumericAxis;
+        /// Axes that have a panel for each label; those of the last stand side by side.
+        facet: AxisNames = Vec::<&str>::new();
         /// How many spreads the area reaches to either side.
         width: f64 = 3.0, in 0.0.., unit "spreads";
         /// The legend entry; where empty, what the spec calls `center`.
@@ -27,44 +30,53 @@ declare! {
 
 impl Op for Band {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
-        let along =
-            |value| arrange(value, &[], std::slice::from_ref(&self.x.0))?.at_most(0, ONLY_X);
+        let along = |value| {
+            arrange(value, &self.facet.0, std::slice::from_ref(&self.x.0))?.at_most(0, ONLY_X)
+        };
         let (center, spread): (Arranged, Arranged) = (along(&self.center)?, along(&self.spread)?);
-        if center.inner != spread.inner {
-            let (a, b, x) = (called(&center.name), called(&spread.name), names(&center.inner));
+        if (&center.inner, &center.outer) != (&spread.inner, &spread.outer) {
+            let all = [&center.inner[..], &center.outer].concat();
+            let (a, b, x) = (called(&center.name), called(&spread.name), names(&all));
             return Err(OpError::Failed(format!("{a} and {b} differ in the labels of `{x}`")));
         }
         let cells = center.cells.iter().zip(&spread.cells);
         let ends = cells.map(|(c, s)| (c.mean - self.width * s.mean, c.mean + self.width * s.mean));
-        let xs = numbers(&center.inner)?.into_iter();
-        let mut area: Vec<_> = xs.zip(ends).map(|(x, (low, high))| (x, low, high)).collect();
-        area.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ends: Vec<(f64, f64)> = ends.collect();
+        let xs = numbers(&center.inner)?;
+        let (panel_names, columns) = panels(&center.outer);
         let label = entry(&self.label, &center.name, "");
+        let series = panel_names.into_iter().zip(ends.chunks(xs.len())).map(|(panel, ends)| {
+            let places = xs.iter().zip(ends);
+            let mut area: Vec<_> = places.map(|(x, (low, high))| (*x, *low, *high)).collect();
+            area.sort_by(|a, b| a.0.total_cmp(&b.0));
+            Series { label: label.clone(), panel, marks: vec![Mark::Band(area)] }
+        });
         Ok(Layer {
             x_label: names(&center.inner),
             y_label: center.name,
-            series: vec![Series { label, marks: vec![Mark::Band(area)] }],
+            columns,
+            series: series.collect(),
         })
     }
 }
 
 fn only_x(facts: &Facts<'_>) -> Result<(), Wrong> {
-    left_over(facts, "center", "x", 0, ONLY_X)?;
-    left_over(facts, "spread", "x", 0, ONLY_X)
+    left_over(facts, "center", &["x", "facet"], 0, ONLY_X)?;
+    left_over(facts, "spread", &["x", "facet"], 0, ONLY_X)
 }
 
-const ONLY_X: &str = "a band has only `x`";
+const ONLY_X: &str = "name it in `facet`";
 
 #[cfg(test)]
 mod tests {
-    use super::super::arrange::tests::value;
+    use super::super::arrange::tests::{axes, value};
     use super::*;
 
     const CTX: Ctx = Ctx::new("band", 0, None);
 
     fn band(center: Everything<Array>, spread: Everything<Array>) -> Result<Layer, OpError> {
-        Band { center, spread, x: NumericAxis("x".into()), width: 2.0, label: "±2σ".into() }
-            .run(&CTX)
+        let (x, facet) = (NumericAxis("x".into()), axes(&[]));
+        Band { center, spread, x, facet, width: 2.0, label: "±2σ".into() }.run(&CTX)
     }
 
     #[test]
@@ -74,7 +86,7 @@ mod tests {
         let center = value(dims, &[1.0, 4.0, 3.0, 6.0]);
         let found = band(center, value(&dims[1..], &[0.5, 1.0])).unwrap();
         let marks = vec![Mark::Band(vec![(0.0, 1.0, 3.0), (1.0, 3.0, 7.0)])];
-        assert_eq!(found.series, [Series { label: "±2σ".into(), marks }]);
+        assert_eq!(found.series, [Series { label: "±2σ".into(), marks, ..Series::default() }]);
     }
 
     #[test]

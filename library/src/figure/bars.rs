@@ -1,10 +1,11 @@
 //! Bars with whiskers.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Wrong, declare};
+use ivx_op::{Array, AxisNames, Ctx, Dim, Everything, Facts, Figure, Op, OpError, Wrong, declare};
 
-use super::arrange::{Arranged, arrange, labels, left_over, names};
+use super::arrange::{arrange, labels, left_over, names};
 use super::drawing::{Axis, Drawing, Mark, Series};
 use super::interval::Estimate;
+use super::panels::panels;
 use super::render::render;
 
 /// The share of a place that its bars take.
@@ -14,11 +15,13 @@ declare! {
     /// One bar for each label of `by`; over `seed`, the mean with its 95 % interval.
     ///
     /// One more axis gives groups of bars. Where a value is not finite, the figure says `n/a`.
-    pub struct Bars = "bars" @ 1 -> Figure {
+    pub struct Bars = "bars" @ 2 -> Figure {
         /// The heights.
         y: Everything<Array>;
         /// Axes that have a bar for each label.
         by: AxisNames;
+        /// Axes that have a panel for each label; those of the last stand side by side.
+        facet: AxisNames = Vec::<&str>::new();
         /// Above the panel.
         title: String = "";
         /// What the vertical axis measures; where empty, what the spec calls `y`.
@@ -29,31 +32,39 @@ declare! {
 
 impl Op for Bars {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
-        let all = arrange(&self.y, &self.by.0, &[])?.at_most(1, "name it in `by`")?;
+        let outer = [&self.facet.0[..], &self.by.0].concat();
+        let all = arrange(&self.y, &outer, &[])?.at_most(1, "name it in `by`")?;
+        let (facets, by) = all.outer.split_at(self.facet.0.len());
+        let (panel_names, columns) = panels(facets);
+        let each = all.cells.len() / panel_names.len();
+        let per_panel = panel_names.iter().zip(all.cells.chunks(each));
+        let series = per_panel.flat_map(|(panel, cells)| series(panel, &all.rest, cells));
         let y_label = if self.y_label.is_empty() { &all.name } else { &self.y_label };
         Ok(render(&Drawing {
             title: self.title.clone(),
-            x: Axis { label: names(&all.outer), names: labels(&all.outer), range: None },
+            x: Axis { label: names(by), names: labels(by), ..Axis::default() },
             y: Axis { label: y_label.clone(), ..Axis::default() },
-            series: series(&all),
+            series: series.collect(),
+            columns,
+            colours: None,
         }))
     }
 }
 
 fn one_group(facts: &Facts<'_>) -> Result<(), Wrong> {
-    left_over(facts, "y", "by", 1, "name it in `by`")
+    left_over(facts, "y", &["by", "facet"], 1, "name it in `by`")
 }
 
-/// One series for each label of the axis left over.
+/// The series of a panel: one for each label of the axis left over.
 #[expect(clippy::cast_precision_loss, reason = "bars are few")]
-fn series(all: &Arranged) -> Vec<Series> {
-    let groups = labels(&all.rest);
+fn series(panel: &str, rest: &[Dim], cells: &[Estimate]) -> Vec<Series> {
+    let groups = labels(rest);
     let width = FILLED / groups.len() as f64;
     let left = |group: usize| (group as f64 + 0.5) * width - FILLED / 2.0;
     let of_group = |(group, label): (usize, &String)| {
-        let cells = all.cells.iter().skip(group).step_by(groups.len());
+        let cells = cells.iter().skip(group).step_by(groups.len());
         let marks = cells.enumerate().map(|(i, cell)| bar(i as f64 + left(group), width, *cell));
-        Series { label: label.clone(), marks: marks.collect() }
+        Series { label: label.clone(), panel: panel.to_owned(), marks: marks.collect() }
     };
     groups.iter().enumerate().map(of_group).collect()
 }
@@ -72,7 +83,8 @@ mod tests {
     use super::*;
 
     fn bars(y: Everything<Array>) -> Result<String, OpError> {
-        let bars = Bars { y, by: axes(&["ke"]), title: "T".into(), y_label: String::new() };
+        let (by, facet) = (axes(&["ke"]), axes(&[]));
+        let bars = Bars { y, by, facet, title: "T".into(), y_label: String::new() };
         let ctx = Ctx::new("bars", 0, None);
         bars.run(&ctx).map(|figure| figure.files["svg"].clone())
     }
@@ -96,7 +108,7 @@ mod tests {
         let y = value(&[("task", &["t", "u"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 4.0]);
         let all = arrange(&y, &["ke".into()], &[]).unwrap();
         let check = |group: usize, label: &str, expected: [(f64, f64); 2]| {
-            let found = &series(&all)[group];
+            let found = &series("", &all.rest, &all.cells)[group];
             assert_eq!(found.label, label);
             for (mark, (place, height)) in found.marks.iter().zip(expected) {
                 let Mark::Bar { x, y, .. } = mark else { panic!("{mark:?}") };

@@ -5,19 +5,22 @@ use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, NumericAxis, Op, OpError,
 use super::arrange::{arrange, labels, names, numbers};
 use super::drawing::{Mark, Series, Stroke};
 use super::layer::{Layer, entry};
+use super::panels::panels;
 
 declare! {
     /// Lines of `y` along `x`.
     ///
     /// Over `seed` a line is the mean, within a band that is its 95 % interval. What `y` also
     /// varies over, such as `member`, gives one thin line each, without bands.
-    pub struct Curve = "curve" @ 1 -> Layer {
+    pub struct Curve = "curve" @ 2 -> Layer {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.
         x: NumericAxis;
         /// Axes that have a line and legend entry for each label.
         by: AxisNames = Vec::<&str>::new();
+        /// Axes that have a panel for each label; those of the last stand side by side.
+        facet: AxisNames = Vec::<&str>::new();
         /// The legend entry; where empty, what the spec calls `y`, or the label of `by` alone.
         label: String = "";
         /// `solid`, `dashed` or `thin`.
@@ -31,30 +34,34 @@ impl Op for Curve {
         curves(
             &self.y,
             &self.x,
-            &self.by,
+            (&self.by, &self.facet),
             &self.label,
             stroke(&self.style).map_err(OpError::Failed)?,
         )
     }
 }
 
-/// The layer of lines of `y` along `x`, one series for each label of `by`.
+/// The layer of lines of `y` along `x`, one series for each label of `by` in each panel.
 pub(super) fn curves(
     y: &Everything<Array>,
     x: &NumericAxis,
-    by: &AxisNames,
+    (by, facet): (&AxisNames, &AxisNames),
     label: &str,
     stroke: Stroke,
 ) -> Result<Layer, OpError> {
-    let all = arrange(y, &by.0, std::slice::from_ref(&x.0))?;
+    let outer = [&facet.0[..], &by.0].concat();
+    let all = arrange(y, &outer, std::slice::from_ref(&x.0))?;
     let xs = numbers(&all.inner)?;
     let mut ascending: Vec<usize> = (0..xs.len()).collect();
     ascending.sort_by(|&i, &j| xs[i].total_cmp(&xs[j]));
 
-    let by_labels = labels(&all.outer);
-    let per_label = all.cells.chunks(all.cells.len() / by_labels.len());
+    let (facets, by) = all.outer.split_at(facet.0.len());
+    let (panel_names, columns) = panels(facets);
+    let by_labels = labels(by);
+    let kinds = panel_names.iter().flat_map(|panel| by_labels.iter().map(move |l| (panel, l)));
+    let per_kind = all.cells.chunks(all.cells.len() / (panel_names.len() * by_labels.len()));
     let single = all.rest.is_empty();
-    let series = by_labels.iter().zip(per_label).map(|(coordinate, cells)| {
+    let series = kinds.zip(per_kind).map(|((panel, coordinate), cells)| {
         let mut marks = Vec::new();
         for line in cells.chunks(xs.len()) {
             let edges = |i: usize| line[i].interval.map_or((f64::NAN, f64::NAN), |ends| ends);
@@ -65,9 +72,10 @@ pub(super) fn curves(
             let points = ascending.iter().map(|&i| (xs[i], line[i].mean)).collect();
             marks.push(Mark::Line(if single { stroke } else { Stroke::Thin }, points));
         }
-        Series { label: entry(label, &all.name, coordinate), marks }
+        Series { label: entry(label, &all.name, coordinate), panel: panel.clone(), marks }
     });
-    Ok(Layer { series: series.collect(), x_label: names(&all.inner), y_label: all.name.clone() })
+    let (x_label, y_label) = (names(&all.inner), all.name.clone());
+    Ok(Layer { x_label, y_label, columns, series: series.collect() })
 }
 
 fn known_style(facts: &Facts<'_>) -> Result<(), Wrong> {
@@ -93,7 +101,13 @@ mod tests {
     use super::*;
 
     fn check(y: &Everything<Array>, by: &[&str], label: &str) -> Vec<Series> {
-        curves(y, &NumericAxis("x".into()), &axes(by), label, Stroke::Dashed).unwrap().series
+        curves(y, &NumericAxis("x".into()), (&axes(by), &axes(&[])), label, Stroke::Dashed)
+            .unwrap()
+            .series
+    }
+
+    fn series(label: &str, marks: Vec<Mark>) -> Series {
+        Series { label: label.into(), marks, ..Series::default() }
     }
 
     #[test]
@@ -103,10 +117,24 @@ mod tests {
         assert_eq!(
             check(&y, &["ke"], "g"),
             [
-                Series { label: "g, a".into(), marks: line(vec![(1.0, 3.0), (2.0, 1.0)]) },
-                Series { label: "g, b".into(), marks: line(vec![(1.0, 4.0), (2.0, 2.0)]) },
+                series("g, a", line(vec![(1.0, 3.0), (2.0, 1.0)])),
+                series("g, b", line(vec![(1.0, 4.0), (2.0, 2.0)])),
             ]
         );
+    }
+
+    #[test]
+    fn each_panel_has_its_own() {
+        let y = value(&[("x", &["0", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 4.0]);
+        let (x, facet) = (NumericAxis("x".into()), axes(&["ke"]));
+        let found = curves(&y, &x, (&axes(&[]), &facet), "", Stroke::Solid).unwrap().series;
+        let line = |panel: &str, points| Series {
+            label: "y".into(),
+            panel: panel.into(),
+            marks: vec![Mark::Line(Stroke::Solid, points)],
+        };
+        let [a, b] = [vec![(0.0, 1.0), (1.0, 3.0)], vec![(0.0, 2.0), (1.0, 4.0)]];
+        assert_eq!(found, [line("a", a), line("b", b)]);
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A drawing: one panel with axes and series.
+/// A drawing: panels that share their axes, one for each name among the series.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct Drawing {
-    /// Above the panel; may be empty.
+    /// Above the panels; may be empty.
     pub(super) title: String,
     /// The horizontal axis.
     pub(super) x: Axis,
@@ -13,6 +13,19 @@ pub(super) struct Drawing {
     pub(super) y: Axis,
     /// What is drawn; later series lie over earlier ones.
     pub(super) series: Vec<Series>,
+    /// How many panels stand side by side; where 0, as many as look well.
+    pub(super) columns: usize,
+    /// What the colours of cells mean.
+    pub(super) colours: Option<Colours>,
+}
+
+/// What the colours of cells mean.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Colours {
+    /// What they measure.
+    pub(super) label: String,
+    /// What the first and the last colour stand for.
+    pub(super) ends: (String, String),
 }
 
 /// One axis of a drawing.
@@ -24,13 +37,17 @@ pub(super) struct Axis {
     pub(super) range: Option<(f64, f64)>,
     /// Names of the places 0, 1, 2, …; where there are none, ticks are numbers.
     pub(super) names: Vec<String>,
+    /// Whether its places speak for themselves, and need no ticks.
+    pub(super) bare: bool,
 }
 
 /// Marks of one look. Series of one label share colour, shape and legend entry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// Its legend entry; none where empty.
     pub label: String,
+    /// The panel that it is in; all of them where empty.
+    pub panel: String,
     /// Its marks.
     pub marks: Vec<Mark>,
 }
@@ -57,6 +74,19 @@ pub enum Mark {
         /// The ends of the whisker.
         whisker: Option<(f64, f64)>,
     },
+    /// A unit square about `(x, y)`, coloured.
+    Cell {
+        /// The centre.
+        x: f64,
+        /// The centre.
+        y: f64,
+        /// Where between the first and the last colour its own is; crossed out where not finite.
+        share: f64,
+        /// What it is the place of.
+        name: String,
+        /// What is there.
+        value: String,
+    },
     /// Text centred on `(x, y)`, just above it.
     Text(f64, f64, String),
 }
@@ -79,5 +109,18 @@ impl Mark {
             Self::Line(stroke, _) | Self::Level(stroke, _) => Some(*stroke),
             _ => None,
         }
+    }
+}
+
+impl Drawing {
+    /// The names of the panels, in order; a single empty one where no series names any.
+    pub(super) fn panels(&self) -> Vec<&str> {
+        let mut panels: Vec<&str> = Vec::new();
+        for Series { panel, .. } in &self.series {
+            if !panel.is_empty() && !panels.contains(&panel.as_str()) {
+                panels.push(panel);
+            }
+        }
+        if panels.is_empty() { vec![""] } else { panels }
     }
 }

@@ -2,7 +2,8 @@
 
 use ivx_op::Dim;
 
-use super::table::{Column, is_best, row_labels, shown};
+use super::columns::{Column, is_best, row_labels};
+use super::table::shown;
 
 /// A `tabular` of the same cells as the Markdown table; the best of each column in bold.
 pub(super) fn latex(rows: &[Dim], columns: &[Column], digits: usize) -> String {
@@ -36,6 +37,7 @@ fn escaped(text: &str) -> String {
     for c in text.chars() {
         match c {
             '\\' => safe += "\\textbackslash{}",
+            '−' => safe += "$-$",
             '~' => safe += "\\textasciitilde{}",
             '^' => safe += "\\textasciicircum{}",
             '<' => safe += "\\textless{}",
@@ -52,8 +54,8 @@ fn escaped(text: &str) -> String {
 mod tests {
     use ivx_op::Labels;
 
+    use super::super::columns::Best;
     use super::super::interval::Estimate;
-    use super::super::table::Best;
     use super::*;
 
     #[test]
@@ -64,19 +66,21 @@ mod tests {
         };
         let columns = [
             Column {
-                head: "gap < 1".into(),
+                head: "gap − 1 < 1".into(),
+                place: String::new(),
                 over_seed: true,
                 best: Best::Lowest,
                 cells: vec![cell(1.5, Some(0.25)), cell(0.5, Some(0.5))],
             },
             Column {
                 head: "n".into(),
+                place: String::new(),
                 over_seed: false,
                 best: Best::None,
                 cells: vec![cell(3.0, None), None],
             },
         ];
-        let expected = "\\begin{tabular}{lrr}\n\\toprule\nke\\_\\% & gap \\textless{} 1 & n \\\\\n\
+        let expected = "\\begin{tabular}{lrr}\n\\toprule\nke\\_\\% & gap $-$ 1 \\textless{} 1 & n \\\\\n\
                         \\midrule\na \\& b & 1.50 $\\pm$ 0.25 & 3.00 \\\\\n\
                         x\\textasciicircum{}2\\textbackslash{} & \\textbf{0.50 $\\pm$ 0.50} &  \\\\\n\
                         \\bottomrule\n\\end{tabular}\n";

@@ -12,6 +12,8 @@ pub struct Layer {
     pub x_label: String,
     /// What the vertical axis measures; empty where unknown.
     pub y_label: String,
+    /// How many panels stand side by side; 0 where nothing is said of it.
+    pub columns: usize,
     /// What is drawn.
     pub series: Vec<Series>,
 }
@@ -50,8 +52,8 @@ mod tests {
             Mark::Band(vec![(1e300, f64::INFINITY, f64::NAN)]),
             Mark::Bar { x: 0.0, width: 1.0, y: 2.0, whisker: Some((1.0, 3.0)) },
         ];
-        let series = vec![Series { label: "a \"b\"".into(), marks }];
-        let layer = Layer { x_label: "x".into(), y_label: String::new(), series };
+        let series = vec![Series { label: "a \"b\"".into(), marks, ..Series::default() }];
+        let layer = Layer { x_label: "x".into(), y_label: String::new(), columns: 0, series };
         let back = Layer::decode(&layer.encode()).unwrap();
         assert_eq!(format!("{back:?}"), format!("{layer:?}"));
     }

@@ -5,17 +5,20 @@ use ivx_op::{Array, AxisNames, Ctx, Everything, Op, OpError, declare};
 use super::arrange::{arrange, labels};
 use super::drawing::{Mark, Series, Stroke};
 use super::layer::{Layer, entry};
+use super::panels::panels;
 
 declare! {
     /// Dashed lines across the plot at `y`; over `seed`, at its mean.
     ///
     /// What `y` also varies over gives one thin line each. A curve of the same label has the
     /// same colour.
-    pub struct Level = "level" @ 1 -> Layer {
+    pub struct Level = "level" @ 2 -> Layer {
         /// The heights.
         y: Everything<Array>;
         /// Axes that have a line and legend entry for each label.
         by: AxisNames = Vec::<&str>::new();
+        /// Axes that have a panel for each label; those of the last stand side by side.
+        facet: AxisNames = Vec::<&str>::new();
         /// The legend entry; where empty, what the spec calls `y`, or the label of `by` alone.
         label: String = "";
     }
@@ -23,15 +26,20 @@ declare! {
 
 impl Op for Level {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
-        let all = arrange(&self.y, &self.by.0, &[])?;
+        let outer = [&self.facet.0[..], &self.by.0].concat();
+        let all = arrange(&self.y, &outer, &[])?;
+        let (facets, by) = all.outer.split_at(self.facet.0.len());
+        let (panel_names, columns) = panels(facets);
         let stroke = if all.rest.is_empty() { Stroke::Dashed } else { Stroke::Thin };
-        let by_labels = labels(&all.outer);
-        let per_label = all.cells.chunks(all.cells.len() / by_labels.len());
-        let series = by_labels.iter().zip(per_label).map(|(coordinate, cells)| Series {
+        let by_labels = labels(by);
+        let kinds = panel_names.iter().flat_map(|panel| by_labels.iter().map(move |l| (panel, l)));
+        let per_kind = all.cells.chunks(all.cells.len() / (panel_names.len() * by_labels.len()));
+        let series = kinds.zip(per_kind).map(|((panel, coordinate), cells)| Series {
             label: entry(&self.label, &all.name, coordinate),
+            panel: panel.clone(),
             marks: cells.iter().map(|cell| Mark::Level(stroke, cell.mean)).collect(),
         });
-        Ok(Layer { series: series.collect(), ..Layer::default() })
+        Ok(Layer { columns, series: series.collect(), ..Layer::default() })
     }
 }
 
@@ -44,10 +52,13 @@ mod tests {
     fn each_label_has_its_mean() {
         let y = value(&[("seed", &["0", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 6.0]);
         let ctx = Ctx::new("level", 0, None);
-        let found = Level { y, by: axes(&["ke"]), label: String::new() }.run(&ctx).unwrap();
+        let found = Level { y, by: axes(&["ke"]), facet: axes(&[]), label: String::new() }
+            .run(&ctx)
+            .unwrap();
         let line = |label: &str, y| Series {
             label: label.into(),
             marks: vec![Mark::Level(Stroke::Dashed, y)],
+            ..Series::default()
         };
         assert_eq!(found.series, [line("a", 2.0), line("b", 4.0)]);
     }

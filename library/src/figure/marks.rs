@@ -1,8 +1,9 @@
 //! Marks of a drawing as SVG elements inside the panel.
 
 use super::drawing::{Mark, Stroke};
+use super::heat::cell;
 use super::scale::{Scale, placeable};
-use super::text::{escape, px, width};
+use super::text::{escape, px};
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito), without the pale yellow.
 const COLOURS: [&str; 7] =
@@ -34,10 +35,13 @@ pub(super) struct Panel {
     pub(super) x: Scale,
     /// The vertical range.
     pub(super) y: Scale,
+    /// Whether cells say their values.
+    pub(super) valued: bool,
 }
 
 impl Panel {
-    fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    /// Where a point lies, from the left and the top.
+    pub(super) fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.x.place(x, self.width), self.height - self.y.place(y, self.height))
     }
 }
@@ -76,6 +80,7 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
             }
             out
         }
+        Mark::Cell { x, y, share, name, value } => cell((*x, *y), *share, (name, value), panel),
         Mark::Text(x, y, text) => {
             let (x, y) = at(*x, *y);
             vec![format!(
@@ -109,11 +114,6 @@ pub(super) fn swatch(marks: &[&Mark], look: Look, x: f64, y: f64) -> Vec<String>
         out.push(marker(look, (x, y), 3.0));
     }
     out
-}
-
-/// How wide a legend entry's text is.
-pub(super) fn entry_width(label: &str) -> f64 {
-    width(label, 11.0)
 }
 
 impl Look {
@@ -303,6 +303,7 @@ mod tests {
         height: 10.0,
         x: Scale { low: 0.0, high: 10.0 },
         y: Scale { low: 0.0, high: 10.0 },
+        valued: true,
     };
 
     const PLAIN: Look = Look { index: 0, marked: false };

@@ -6,19 +6,27 @@
 mod arrange;
 mod band;
 mod bars;
+mod columns;
 mod curve;
 mod drawing;
+mod heat;
+mod heatmap;
 mod histogram;
 mod interval;
 mod latex;
 mod layer;
+mod legend;
 mod level;
 mod lines;
+mod looks;
 mod marks;
+mod page;
+mod panels;
 mod plot;
 mod points;
 mod render;
 mod scale;
+mod scatter;
 mod table;
 mod text;
 
@@ -28,12 +36,14 @@ pub use band::Band;
 pub use bars::Bars;
 pub use curve::Curve;
 pub use drawing::{Mark, Series, Stroke};
+pub use heatmap::Heatmap;
 pub use histogram::Histogram;
 pub use layer::Layer;
 pub use level::Level;
 pub use lines::Lines;
 pub use plot::Plot;
 pub use points::Points;
+pub use scatter::Scatter;
 pub use table::Tabulate;
 
 /// Adds what this folder declares.
@@ -42,11 +52,13 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Band>()
         .op::<Bars>()
         .op::<Curve>()
+        .op::<Heatmap>()
         .op::<Histogram>()
         .op::<Level>()
         .op::<Lines>()
         .op::<Plot>()
         .op::<Points>()
+        .op::<Scatter>()
         .op::<Tabulate>()
 }
 

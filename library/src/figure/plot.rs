@@ -11,7 +11,7 @@ declare! {
     /// Layers in one figure, later ones over earlier ones.
     ///
     /// Series of one label share colour, marker and legend entry, whichever layer they are of.
-    pub struct Plot = "plot" @ 1 -> Figure {
+    pub struct Plot = "plot" @ 2 -> Figure {
         /// What `curve`, `band`, `points` and `level` made.
         layers: Many<Everything<Layer>>;
         /// Above the panel.
@@ -46,6 +46,8 @@ pub(super) fn drawing(layers: &[&Layer], title: &str, x_label: &str, y_label: &s
         x: axis(x_label, |layer| &layer.x_label),
         y: axis(y_label, |layer| &layer.y_label),
         series: layers.iter().flat_map(|layer| layer.series.clone()).collect(),
+        columns: layers.iter().map(|layer| layer.columns).max().unwrap_or(0),
+        colours: None,
     }
 }
 
@@ -84,8 +86,8 @@ mod tests {
     }
 
     fn layer(label: &str, x_label: &str, mark: Mark) -> Layer {
-        let series = vec![Series { label: label.into(), marks: vec![mark] }];
-        Layer { x_label: x_label.into(), y_label: "y".into(), series }
+        let series = vec![Series { label: label.into(), marks: vec![mark], ..Series::default() }];
+        Layer { x_label: x_label.into(), y_label: "y".into(), columns: 0, series }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::artifact::Dataset;
 
 declare! {
     /// The pairs of one or more datasets as points, all in one look.
-    pub struct Points = "points" @ 1 -> Layer {
+    pub struct Points = "points" @ 2 -> Layer {
         /// The datasets.
         data: Everything<Dataset>;
         /// The legend entry; where empty, what the spec calls `data`.
@@ -22,7 +22,7 @@ impl Op for Points {
             |data: &Dataset| data.x.iter().copied().zip(data.y.iter().copied()).collect::<Vec<_>>();
         let marks = vec![Mark::Points(self.data.0.values.iter().flat_map(pairs).collect())];
         let label = entry(&self.label, &self.data.0.name, "");
-        Ok(Layer { series: vec![Series { label, marks }], ..Layer::default() })
+        Ok(Layer { series: vec![Series { label, marks, ..Series::default() }], ..Layer::default() })
     }
 }
 
@@ -40,6 +40,6 @@ mod tests {
         let ctx = Ctx::new("points", 0, None);
         let found = Points { data, label: String::new() }.run(&ctx).unwrap();
         let marks = vec![Mark::Points(vec![(1.0, 3.0), (2.0, 4.0), (5.0, 6.0)])];
-        assert_eq!(found.series, [Series { label: "demos".into(), marks }]);
+        assert_eq!(found.series, [Series { label: "demos".into(), marks, ..Series::default() }]);
     }
 }

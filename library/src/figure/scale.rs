@@ -1,6 +1,6 @@
 //! What range an axis shows, and where its ticks are.
 
-use super::drawing::{Drawing, Mark};
+use super::drawing::{Axis, Drawing, Mark};
 
 /// The range of values along one side of the panel; `low < high`, both of moderate size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,16 +41,21 @@ pub(super) fn scales(drawing: &Drawing) -> (Scale, Scale) {
     let has_bars = marks().any(|mark| matches!(mark, Mark::Bar { .. }));
     let xs = marks().flat_map(|mark| extent(mark).0);
     let ys = marks().flat_map(|mark| extent(mark).1).chain(has_bars.then_some(0.0));
-    let x = match drawing.x.names.len() {
-        #[expect(clippy::cast_precision_loss, reason = "names are few")]
-        n if n > 0 => Scale { low: -0.5, high: n as f64 - 0.5 },
-        _ => drawing.x.range.map_or_else(|| padded(xs, 0.02), exactly),
-    };
-    let y = drawing.y.range.map_or_else(|| padded(ys, 0.05), exactly);
+    let x = places(&drawing.x)
+        .unwrap_or_else(|| drawing.x.range.map_or_else(|| padded(xs, 0.02), exactly));
+    let y = places(&drawing.y)
+        .unwrap_or_else(|| drawing.y.range.map_or_else(|| padded(ys, 0.05), exactly));
     // A bar stands on the axis.
     let hanging = marks().any(|mark| extent(mark).1.iter().any(|&y| y < 0.0));
     let on_floor = has_bars && !hanging && drawing.y.range.is_none();
     (x, if on_floor { Scale { low: 0.0, ..y } } else { y })
+}
+
+/// The range of an axis that has names.
+#[expect(clippy::cast_precision_loss, reason = "names are few")]
+fn places(axis: &Axis) -> Option<Scale> {
+    let n = axis.names.len();
+    (n > 0).then(|| Scale { low: -0.5, high: n as f64 - 0.5 })
 }
 
 impl Scale {
@@ -128,13 +133,13 @@ fn extent(mark: &Mark) -> (Vec<f64>, Vec<f64>) {
             let xs = vec![x - width / 2.0, x + width / 2.0];
             (xs, whisker.iter().flat_map(|(low, high)| [*low, *high]).chain([*y]).collect())
         }
-        Mark::Text(x, y, _) => (vec![*x], vec![*y]),
+        Mark::Text(x, y, _) | Mark::Cell { x, y, .. } => (vec![*x], vec![*y]),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::drawing::{Axis, Series, Stroke};
+    use super::super::drawing::{Series, Stroke};
     use super::*;
 
     fn check(low: f64, high: f64, labels: &[&str], exponent: i32) {
@@ -161,7 +166,7 @@ mod tests {
     }
 
     fn drawing(marks: Vec<Mark>) -> Drawing {
-        let series = vec![Series { label: String::new(), marks }];
+        let series = vec![Series { marks, ..Series::default() }];
         Drawing { series, ..Drawing::default() }
     }
 

@@ -1,12 +1,13 @@
 //! Measures as a table.
 
-use std::collections::BTreeMap;
-
 use ivx_op::{
     Array, AxisNames, Ctx, Dim, Everything, Facts, Many, Op, OpError, Table, Wrong, declare,
 };
 
-use super::arrange::{Arranged, arrange, called, labels, names};
+use super::arrange::{Arranged, arrange};
+use super::columns::{
+    Best, Column, columns, columns_beside, difference, is_best, row_labels, same_rows,
+};
 use super::interval::Estimate;
 use super::latex::latex;
 
@@ -16,7 +17,7 @@ declare! {
     /// There is a column for each value and each label of what it varies over but `rows`. Over
     /// `seed`, Markdown and LaTeX show the mean ± half the width of its 95 % interval; CSV has mean, low
     /// and high, in full precision.
-    pub struct Tabulate = "table" @ 4 -> Table {
+    pub struct Tabulate = "table" @ 5 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -26,6 +27,9 @@ declare! {
         /// Values to show in columns behind, such as published numbers: those that have the labels
         /// of a row. They need not have every label.
         beside: Many<Everything<Array>> = Vec::<i64>::new();
+        /// Whether each of those columns is followed by how much higher ours is, where one of ours is of the
+        /// same labels.
+        difference: bool = false;
         /// Digits after the point, in Markdown and LaTeX.
         digits: u64 = 3, in 0.0..=17.0;
         /// Which number of each column of `values` is the best and in bold there: `highest`, `lowest` or
@@ -42,20 +46,15 @@ impl Op for Tabulate {
         let rows = same_rows(&values)?;
         let best = Best::named(&self.best).map_err(OpError::Failed)?;
         let mut columns = columns(&values, values.len() == 1, best);
+        let n_ours = columns.len();
         for value in &self.beside.0 {
             let beside = arrange(value, &self.rows.0, &[])?;
-            let known: BTreeMap<Vec<String>, usize> =
-                row_labels(&beside.outer).into_iter().zip(0..).collect();
-            let places: Vec<Option<usize>> =
-                row_labels(rows).iter().map(|row| known.get(row).copied()).collect();
-            for Column { head, over_seed, best, cells } in
-                self::columns(&[beside], false, Best::None)
-            {
-                let cell = |place: &Option<usize>| {
-                    place.and_then(|place| cells[place]).filter(|cell| !cell.mean.is_nan())
-                };
-                let cells = places.iter().map(cell).collect();
-                columns.push(Column { head, over_seed, best, cells });
+            let theirs = columns_beside(beside, rows);
+            for column in theirs {
+                let difference =
+                    if self.difference { difference(&columns[..n_ours], &column) } else { None };
+                columns.push(column);
+                columns.extend(difference);
             }
         }
         let digits = usize::try_from(self.digits).unwrap_or(usize::MAX).min(17);
@@ -68,93 +67,10 @@ impl Op for Tabulate {
     }
 }
 
-/// One column: its head and a cell for each row.
-pub(super) struct Column {
-    pub(super) head: String,
-    pub(super) over_seed: bool,
-    /// Which of its numbers is in bold.
-    pub(super) best: Best,
-    /// None where there is nothing to show.
-    pub(super) cells: Vec<Option<Estimate>>,
-}
-
-/// Which number of a column is the best.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Best {
-    None,
-    Highest,
-    Lowest,
-}
-
-impl Best {
-    fn named(name: &str) -> Result<Self, String> {
-        match name {
-            "none" => Ok(Self::None),
-            "highest" => Ok(Self::Highest),
-            "lowest" => Ok(Self::Lowest),
-            other => Err(format!("{other:?} says not which number is the best")),
-        }
-    }
-}
-
 fn known_best(facts: &Facts<'_>) -> Result<(), Wrong> {
     let named = facts.arg::<String>("best").map_or(Ok(Best::None), |best| Best::named(&best));
     let help = || "say `best: \"highest\"`, `\"lowest\"` or `\"none\"`".to_owned();
     named.map(drop).map_err(|message| Wrong { arg: "best", message, help: help() })
-}
-
-/// Whether no number of a column is better than that in a row.
-pub(super) fn is_best(column: &Column, row: usize) -> bool {
-    let means = column.cells.iter().flatten().map(|cell| cell.mean);
-    let Some(Estimate { mean, .. }) = column.cells[row] else { return false };
-    match column.best {
-        Best::None => false,
-        Best::Highest => means.fold(f64::NEG_INFINITY, f64::max) == mean,
-        Best::Lowest => means.fold(f64::INFINITY, f64::min) == mean,
-    }
-}
-
-fn same_rows(values: &[Arranged]) -> Result<&[Dim], OpError> {
-    let Some(first) = values.first() else {
-        return Err(OpError::Failed("a table needs a value".to_owned()));
-    };
-    match values.iter().find(|value| value.outer != first.outer) {
-        None => Ok(&first.outer),
-        Some(other) => {
-            let (a, b, rows) = (called(&first.name), called(&other.name), names(&first.outer));
-            Err(OpError::Failed(format!("{a} and {b} differ in the labels of `{rows}`")))
-        }
-    }
-}
-
-/// - `single`: whether the labels say enough.
-fn columns(values: &[Arranged], single: bool, best: Best) -> Vec<Column> {
-    let mut columns = Vec::new();
-    for Arranged { name, rest, inner, over_seed, cells, .. } in values {
-        let name = if name.is_empty() { "value" } else { name };
-        let inner = [rest.as_slice(), inner].concat();
-        let labels = labels(&inner);
-        for (i, label) in labels.iter().enumerate() {
-            let head = match (inner.is_empty(), single) {
-                (true, _) => name.to_owned(),
-                (false, true) => label.clone(),
-                (false, false) => format!("{name}, {label}"),
-            };
-            let cells =
-                cells.iter().skip(i).step_by(labels.len()).map(|cell| Some(*cell)).collect();
-            columns.push(Column { head, over_seed: *over_seed, best, cells });
-        }
-    }
-    columns
-}
-
-/// The labels of each row: one for each dimension.
-pub(super) fn row_labels(rows: &[Dim]) -> Vec<Vec<String>> {
-    rows.iter().fold(vec![Vec::new()], |heads, dim| {
-        let with =
-            |head: &Vec<String>, i| head.iter().cloned().chain([dim.labels.text(i)]).collect();
-        heads.iter().flat_map(|head| (0..dim.len()).map(move |i| with(head, i))).collect()
-    })
 }
 
 fn csv(rows: &[Dim], columns: &[Column]) -> String {
@@ -286,7 +202,8 @@ mod tests {
         let values = Many(values.into_iter().map(named).collect());
         let beside = Many(beside.into_iter().map(named).collect());
         let (rows, columns) = (axes(&["ke"]), axes(columns));
-        let table = Tabulate { values, rows, columns, beside, digits: 2, best: "none".to_owned() };
+        let best = "none".to_owned();
+        let table = Tabulate { values, rows, columns, beside, difference: false, digits: 2, best };
         table.run(&Ctx::new("table", 0, None))
     }
 
@@ -372,30 +289,6 @@ mod tests {
         let other = value(&[("ke", &["MA"])], &[1.0]);
         check(vec![("a", ke), ("b", other)], "`a` and `b` differ in the labels of `ke`");
         check(vec![], "a table needs a value");
-    }
-
-    #[test]
-    fn the_best_of_each_column_is_in_bold() {
-        let column = |best, means: &[f64]| Column {
-            head: "x".into(),
-            over_seed: false,
-            best,
-            cells: means
-                .iter()
-                .map(|mean| Some(Estimate { mean: *mean, interval: None }))
-                .collect(),
-        };
-        let bold = |best, means: &[f64]| {
-            let column = column(best, means);
-            (0..means.len()).filter(|row| is_best(&column, *row)).collect::<Vec<_>>()
-        };
-        assert_eq!(bold(Best::Highest, &[1.0, 3.0, f64::NAN, 3.0]), [1, 3]);
-        assert_eq!(bold(Best::Lowest, &[1.0, 3.0, -2.0]), [2]);
-        assert!(bold(Best::None, &[1.0]).is_empty());
-        let rows = [Dim::new("r", ivx_op::Labels::Names(vec!["a".into(), "b".into()]))];
-        let text = markdown(&rows, &[column(Best::Lowest, &[1.0, 2.0])], 1);
-        assert!(text.contains("| **1.0** |") && text.contains("|     2.0 |"), "{text}");
-        assert!(Best::named("most").is_err());
     }
 
     #[test]

@@ -1,0 +1,251 @@
+//! Colours over a grid.
+
+use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Wrong, declare};
+
+use super::arrange::{Arranged, arrange, labels, left_over, names};
+use super::drawing::{Axis, Colours, Drawing, Mark, Series};
+use super::panels::panels;
+use super::render::render;
+
+declare! {
+    /// A cell for each label of `x`, and of `y` where it is given, with a colour that says how much `z` is
+    /// there; over `seed`, its mean.
+    ///
+    /// Without `y`, the labels of `x` are laid out as the places of a grid, row after row from the top. A
+    /// cell whose value is not finite is crossed out.
+    pub struct Heatmap = "heatmap" @ 1 -> Figure {
+        /// What the colours say.
+        z: Everything<Array>;
+        /// The axis along the bottom; alone, the places of a grid.
+        x: AxisNames;
+        /// The axis along the side, first label lowest.
+        y: AxisNames = Vec::<&str>::new();
+        /// Axes that have a panel for each label; those of the last stand side by side.
+        facet: AxisNames = Vec::<&str>::new();
+        /// How many places of a grid a row has; where 0, as many as there are rows if that is possible, and
+        /// else all of them.
+        columns: u64 = 0;
+        /// What the first and the last colour are: the lowest and the highest value of all (`shared`), or of
+        /// each panel (`panel`), where equal values have the first.
+        scale: String = "shared";
+        /// Above the panels.
+        title: String = "";
+        /// What the colours measure; where empty, what the spec calls `z`.
+        z_label: String = "";
+    }
+    rule fits;
+}
+
+impl Op for Heatmap {
+    fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
+        let [outer, inner] = [[&self.facet.0[..], &self.y.0].concat(), self.x.0.clone()];
+        let all = arrange(&self.z, &outer, &inner)?.at_most(0, REMEDY)?;
+        let per_panel = per_panel(&self.scale).map_err(OpError::Failed)?;
+        let (facets, ys) = all.outer.split_at(self.facet.0.len());
+        let (panel_names, columns) = panels(facets);
+        let across = self.across(&all, ys.is_empty());
+        let all_means: Vec<f64> = all.cells.iter().map(|cell| cell.mean).collect();
+        let shared = ends(&all_means);
+
+        let n_cells = all_means.len() / panel_names.len();
+        let series =
+            panel_names.into_iter().zip(all_means.chunks(n_cells)).map(|(panel, means)| {
+                let ends = if per_panel { ends(means) } else { shared };
+                Series {
+                    panel,
+                    marks: self.cells(&all, ys.is_empty(), across, means, ends),
+                    ..Series::default()
+                }
+            });
+        let (x, y) = axes(&all, ys, across, n_cells);
+        let label = if self.z_label.is_empty() { &all.name } else { &self.z_label };
+        let ends = match (per_panel, shared) {
+            (false, Some((low, high))) => (short(low), short(high)),
+            _ => ("lowest".to_owned(), "highest".to_owned()),
+        };
+        Ok(render(&Drawing {
+            title: self.title.clone(),
+            x,
+            y,
+            series: series.collect(),
+            columns,
+            colours: Some(Colours { label: label.clone(), ends }),
+        }))
+    }
+}
+
+impl Heatmap {
+    /// How many cells a row has.
+    fn across(&self, all: &Arranged, is_grid: bool) -> usize {
+        let n: usize = all.inner.iter().map(ivx_op::Dim::len).product();
+        let given = usize::try_from(self.columns).unwrap_or(usize::MAX).min(n);
+        match given {
+            _ if !is_grid => n,
+            0 if n.isqrt().pow(2) == n => n.isqrt(),
+            0 => n,
+            given => given,
+        }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "cells are few")]
+    fn cells(
+        &self,
+        all: &Arranged,
+        is_grid: bool,
+        across: usize,
+        means: &[f64],
+        ends: Option<(f64, f64)>,
+    ) -> Vec<Mark> {
+        let coordinates = labels(&[&all.outer[self.facet.0.len()..], &all.inner].concat());
+        let rows = means.len().div_ceil(across);
+        let cell = |(i, &mean): (usize, &f64)| {
+            let (column, row) = (i % across, i / across);
+            let row = if is_grid { rows - 1 - row } else { row };
+            Mark::Cell {
+                x: column as f64,
+                y: row as f64,
+                share: share(mean, ends),
+                name: coordinates[i].clone(),
+                value: short(mean),
+            }
+        };
+        means.iter().enumerate().map(cell).collect()
+    }
+}
+
+fn axes(all: &Arranged, ys: &[ivx_op::Dim], across: usize, n: usize) -> (Axis, Axis) {
+    if !ys.is_empty() {
+        let axis = |dims| Axis { label: names(dims), names: labels(dims), ..Axis::default() };
+        return (axis(&all.inner), axis(ys));
+    }
+    let bare = |n: usize, label: String| Axis {
+        label,
+        names: vec![String::new(); n],
+        bare: true,
+        ..Axis::default()
+    };
+    (bare(across, names(&all.inner)), bare(n.div_ceil(across), String::new()))
+}
+
+fn fits(facts: &Facts<'_>) -> Result<(), Wrong> {
+    if let Some(Err(message)) = facts.arg::<String>("scale").map(|scale| per_panel(&scale)) {
+        let help = "write `\"shared\"` or `\"panel\"`".to_owned();
+        return Err(Wrong { arg: "scale", message, help });
+    }
+    left_over(facts, "z", &["x", "y", "facet"], 0, REMEDY)
+}
+
+const REMEDY: &str = "name it in `facet`";
+
+fn per_panel(scale: &str) -> Result<bool, String> {
+    match scale {
+        "shared" => Ok(false),
+        "panel" => Ok(true),
+        _ => Err(format!("no scale is called `{scale}`")),
+    }
+}
+
+/// The lowest and the highest of the finite values.
+fn ends(values: &[f64]) -> Option<(f64, f64)> {
+    let finite = values.iter().copied().filter(|x| x.is_finite());
+    finite.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)))
+}
+
+fn share(x: f64, ends: Option<(f64, f64)>) -> f64 {
+    match ends {
+        _ if !x.is_finite() => f64::NAN,
+        Some((low, high)) if high > low => (x / 2.0 - low / 2.0) / (high / 2.0 - low / 2.0),
+        _ => 0.0,
+    }
+}
+
+/// The number with three digits that count.
+fn short(x: f64) -> String {
+    let size = x.abs();
+    let text = match size {
+        _ if x == 0.0 => "0".to_owned(),
+        _ if !x.is_finite() => "n/a".to_owned(),
+        _ if !(1e-3..1e5).contains(&size) => format!("{x:.1e}"),
+        _ if size >= 100.0 => format!("{x:.0}"),
+        _ if size >= 10.0 => format!("{x:.1}"),
+        _ if size >= 1.0 => format!("{x:.2}"),
+        _ => format!("{x:.3}"),
+    };
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arrange::tests::{axes, value};
+    use super::*;
+
+    fn heatmap(z: Everything<Array>, y: &[&str], facet: &[&str], scale: &str) -> Heatmap {
+        let (x, y, facet) = (axes(&["state"]), axes(y), axes(facet));
+        let none = String::new;
+        let scale = scale.to_owned();
+        Heatmap { z, x, y, facet, columns: 0, scale, title: none(), z_label: none() }
+    }
+
+    fn svg(heatmap: &Heatmap) -> String {
+        heatmap.run(&Ctx::new("heatmap", 0, None)).unwrap().files["svg"].clone()
+    }
+
+    const STATES: (&str, &[&str]) = ("state", &["0", "1", "2", "3"]);
+
+    #[test]
+    fn places_of_a_grid_go_from_the_top() {
+        let z = value(&[STATES], &[0.0, 1.0, 2.0, f64::NAN]);
+        let map = heatmap(z.clone(), &[], &[], "shared");
+        let all = arrange(&z, &[], &["state".into()]).unwrap();
+        assert_eq!(map.across(&all, true), 2);
+        let means = [0.0, 1.0, 2.0, f64::NAN];
+        let places: Vec<(f64, f64, f64)> = map
+            .cells(&all, true, 2, &means, ends(&means))
+            .iter()
+            .map(|mark| match mark {
+                Mark::Cell { x, y, share, .. } => (*x, *y, *share),
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(places[..3], [(0.0, 1.0, 0.0), (1.0, 1.0, 0.5), (0.0, 0.0, 1.0)]);
+        assert!(places[3].2.is_nan());
+        let found = svg(&map);
+        for text in ["<title>1: 1.00</title>", "<title>3: n/a</title>", ">state<", ">y<", ">2.00<"]
+        {
+            assert!(found.contains(text), "{text} in {found}");
+        }
+    }
+
+    #[test]
+    fn panels_share_their_colours_or_have_their_own() {
+        let dims = [("kind", &["IVE", "EVE"][..]), STATES];
+        let z = || value(&dims, &[0.0, 1.0, 2.0, 3.0, 5.0, 5.0, 5.0, 5.0]);
+        let shared = svg(&heatmap(z(), &[], &["kind"], "shared"));
+        assert!(shared.contains(">5.00<") && shared.contains(">IVE<") && shared.contains(">EVE<"));
+        let own = svg(&heatmap(z(), &[], &["kind"], "panel"));
+        assert!(own.contains(">highest<"));
+        // The four equal values have the first colour, and so has the lowest of the others.
+        let first = super::super::heat::colour(0.0);
+        let n_cells = |svg: &str| {
+            svg.lines().filter(|line| line.contains("<title>") && line.contains(&first)).count()
+        };
+        assert_eq!((n_cells(&shared), n_cells(&own)), (1, 5));
+    }
+
+    #[test]
+    fn two_axes_make_a_grid() {
+        let z = value(&[("action", &["UP", "DOWN"]), STATES], &[0.0; 8]);
+        let found = svg(&heatmap(z.clone(), &["action"], &[], "shared"));
+        for text in [">UP<", ">DOWN<", ">action<", ">3<"] {
+            assert!(found.contains(text), "{text} in {found}");
+        }
+        let left = heatmap(z, &[], &[], "shared").run(&Ctx::new("heatmap", 0, None));
+        assert!(left.unwrap_err().to_string().contains("also varies over `action`"));
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let found = [0.0, -0.0123, 1.0, 12.34, 54_321.0, 1e7, 1e-7].map(short);
+        assert_eq!(found, ["0", "−0.012", "1.00", "12.3", "54321", "1.0e7", "1.0e−7"]);
+    }
+}
