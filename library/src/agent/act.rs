@@ -185,6 +185,7 @@ impl Op for Visits {
 mod tests {
     use super::*;
     use crate::env::{Chain, GoalWorld};
+    use crate::math::bellman::expected_values;
     use crate::math::moments::mean;
 
     const CTX: Ctx = Ctx::new("act", 3, None);
@@ -254,7 +255,7 @@ mod tests {
         let policy = || One(Array { dims: mdp.pairs(), values: vec![0.25; 36] });
         let q = super::super::PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };
         let q = q.run(&CTX).unwrap().values;
-        let v = super::super::expected_values(&mdp, &[0.25; 36], &q);
+        let v = expected_values(&mdp.model(), &[0.25; 36], &q);
         let exact: f64 = v.iter().zip(&mdp.start).map(|(v, p)| v * p).sum();
         let stream = "main".to_owned();
         let all = Act { policy: policy(), r#in: r#in(), episodes: 4000, limit: 200, stream };

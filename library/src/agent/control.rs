@@ -117,9 +117,10 @@ impl Op for Control {
 mod tests {
     use ivx_op::One;
 
-    use super::super::{PolicyValues, ValueIteration, expected_values};
+    use super::super::{PolicyValues, ValueIteration};
     use super::*;
     use crate::env::GoalWorld;
+    use crate::math::bellman::expected_values;
 
     const CTX: Ctx = Ctx::new("control", 1, None);
 
@@ -139,7 +140,7 @@ mod tests {
         let dims = mdp.pairs();
         let given = One(Array { dims, values: policy.to_vec() });
         let q = PolicyValues { policy: given, r#in: world(), discount: 0.9 }.run(&CTX).unwrap();
-        let v = expected_values(&mdp, policy, &q.values);
+        let v = expected_values(&mdp.model(), policy, &q.values);
         v.iter().zip(&mdp.start).map(|(v, p)| v * p).sum()
     }
 

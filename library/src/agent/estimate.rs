@@ -122,9 +122,10 @@ pub(super) fn along(values: &[f64], e: &Episode) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Act, PolicyValues, expected_values};
+    use super::super::{Act, PolicyValues};
     use super::*;
     use crate::env::{Chain, Env as _};
+    use crate::math::bellman::expected_values;
 
     const REWARDS: [f64; 3] = [1.0, 0.0, 2.0];
     const VALUES: [f64; 4] = [9.0, 9.0, 8.0, 4.0];
@@ -150,7 +151,7 @@ mod tests {
         let policy = || One(Array { dims: mdp.pairs(), values: vec![0.5; 10] });
         let ctx = Ctx::new("act", 0, None);
         let q = PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };
-        let exact = expected_values(&mdp, &[0.5; 10], &q.run(&ctx).unwrap().values);
+        let exact = expected_values(&mdp.model(), &[0.5; 10], &q.run(&ctx).unwrap().values);
         let stream = "main".to_owned();
         let all = Act { policy: policy(), r#in: r#in(), episodes: 1000, limit: 500, stream };
         let rollouts = all.run(&ctx).unwrap();

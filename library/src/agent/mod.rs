@@ -14,7 +14,7 @@ use ivx_op::Registry;
 pub use act::{Act, Demonstrations, Returns, Visits};
 pub use cloned::ClonedPolicy;
 pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
-pub use dynamic::{PolicyValues, ValueIteration, backup, expected_values, highest_values};
+pub use dynamic::{PolicyValues, ValueIteration};
 pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};

@@ -137,9 +137,10 @@ fn climb(
 mod tests {
     use ivx_op::One;
 
-    use super::super::{PolicyValues, ValueIteration, expected_values};
+    use super::super::{PolicyValues, ValueIteration};
     use super::*;
     use crate::env::GoalWorld;
+    use crate::math::bellman::expected_values;
 
     const CTX: Ctx = Ctx::new("policy_gradient", 1, None);
 
@@ -152,7 +153,7 @@ mod tests {
         let mdp = world().mdp().unwrap();
         let given = One(Array { dims: mdp.pairs(), values: policy.to_vec() });
         let q = PolicyValues { policy: given, r#in: world(), discount: 0.9 }.run(&CTX).unwrap();
-        let v = expected_values(&mdp, policy, &q.values);
+        let v = expected_values(&mdp.model(), policy, &q.values);
         v.iter().zip(&mdp.start).map(|(v, p)| v * p).sum()
     }
 

@@ -3,6 +3,7 @@
 use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare};
 
 use super::Env;
+use crate::math::bellman::Model;
 use crate::math::moments::real;
 
 /// A finite Markov decision process (Eqn. 2.27), whose rewards are known where an action is taken.
@@ -65,14 +66,20 @@ impl Mdp {
     /// How probably each state follows.
     #[must_use]
     pub fn next(&self, state: usize, action: usize) -> &[f64] {
-        let n = self.n_states();
-        &self.transitions[(state * self.n_actions() + action) * n..][..n]
+        self.model().next(state, action)
     }
 
     /// The reward of an action.
     #[must_use]
     pub fn reward(&self, state: usize, action: usize) -> f64 {
-        self.rewards[state * self.n_actions() + action]
+        self.model().reward(state, action)
+    }
+
+    /// What follows actions and what they pay, without names.
+    #[must_use]
+    pub fn model(&self) -> Model<'_> {
+        let Self { transitions, rewards, terminal, .. } = self;
+        Model { transitions, rewards, terminal }
     }
 
     /// The dimension of the states, by number.

@@ -1,5 +1,6 @@
 //! Pure functions on numbers.
 
+pub mod bellman;
 pub mod compare;
 pub mod detect;
 pub mod interval;

@@ -1,7 +1,7 @@
 //! Values of known environments.
 
-use ivx_library::agent::{backup, highest_values};
 use ivx_library::env::{Chain, Env as _};
+use ivx_library::math::bellman::{backup, highest_values};
 use ivx_library::math::order::argmax;
 use serde_json::{Value, json};
 
@@ -32,10 +32,10 @@ fn values(case: &Case, path: &[&str]) -> Option<Value> {
     let mut v = vec![0.0; 4];
     let mut sweeps = Vec::new();
     for _ in 0..4 {
-        v = highest_values(&mdp, &backup(&mdp, discount, &v));
+        v = highest_values(&mdp.model(), &backup(&mdp.model(), discount, &v));
         sweeps.push(v.clone());
     }
-    let q = backup(&mdp, discount, &v);
+    let q = backup(&mdp.model(), discount, &v);
     match path {
         ["v_after_each_of_first_4_sweeps"] => Some(json!(sweeps)),
         ["v_star"] => Some(json!(v)),
