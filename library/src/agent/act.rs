@@ -6,6 +6,7 @@ use rand::RngExt as _;
 use crate::artifact::{Dataset, Episode, Form, Rollouts};
 use crate::env::{Env, Mdp};
 use crate::math::moments::real;
+use crate::math::policy::pick;
 
 declare! {
     /// Episodes of a policy in an environment (Eqn. 2.35).
@@ -95,18 +96,6 @@ pub(super) fn episode<'a>(
     }
     all.ended = mdp.terminal[state];
     all
-}
-
-/// The first place at which the probabilities so far exceed `share`; the last possible if none does.
-fn pick(probabilities: &[f64], share: f64) -> usize {
-    let mut below = 0.0;
-    for (i, p) in probabilities.iter().enumerate() {
-        below += p;
-        if share < below {
-            return i;
-        }
-    }
-    probabilities.iter().rposition(|p| *p > 0.0).expect("something is possible")
 }
 
 declare! {

@@ -6,6 +6,7 @@ pub mod detect;
 pub mod interval;
 pub mod linear_gaussian;
 pub mod moments;
+pub mod mpv;
 pub mod order;
 pub mod policy;
 pub mod returns;

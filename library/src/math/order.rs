@@ -30,6 +30,14 @@ pub fn argmax(xs: &[f64]) -> Option<usize> {
     (0..xs.len()).reduce(|best, i| if xs[i] > xs[best] { i } else { best })
 }
 
+/// The numbers on a scale on which the smallest is 0 and the largest 1; 0 if all are equal.
+#[must_use]
+pub fn rescaled(xs: &[f64]) -> Vec<f64> {
+    let (low, high) = (min(xs), max(xs));
+    let place = |x: &f64| if high > low { (x - low) / (high - low) } else { 0.0 };
+    xs.iter().map(place).collect()
+}
+
 /// The quantile at `q`, between neighbours by linear interpolation (type 7 of Hyndman and Fan);
 /// NaN if any number is.
 ///
@@ -85,6 +93,12 @@ pub fn iqm(xs: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_between_the_smallest_and_the_largest() {
+        assert_eq!(rescaled(&[3.0, 1.0, 5.0]), [0.5, 0.0, 1.0]);
+        assert_eq!(rescaled(&[3.0, 3.0]), [0.0, 0.0]);
+    }
 
     #[test]
     fn the_first_of_the_largest_wins() {

@@ -32,6 +32,23 @@ pub fn boltzmann(values: &[f64], temperature: f64) -> Vec<f64> {
     weights.into_iter().map(|weight| weight / sum).collect()
 }
 
+/// The first place at which the probabilities so far exceed `share`; the last possible if none does. Of an
+/// even `share` of 1, it is a draw.
+///
+/// # Panics
+/// If nothing is possible.
+#[must_use]
+pub fn pick(probabilities: &[f64], share: f64) -> usize {
+    let mut below = 0.0;
+    for (i, p) in probabilities.iter().enumerate() {
+        below += p;
+        if share < below {
+            return i;
+        }
+    }
+    probabilities.iter().rposition(|p| *p > 0.0).expect("something is possible")
+}
+
 /// Advantages with mean 0 and sample standard deviation 1 (but for `1e-8`).
 #[must_use]
 pub fn normalised(advantages: &[f64]) -> Vec<f64> {
@@ -61,6 +78,12 @@ mod tests {
         assert!((sharp[0] / sharp[1] - 2.0_f64.exp()).abs() < 1e-12);
         assert!((boltzmann(&[1.0, 0.0], 1e9)[0] - 0.5).abs() < 1e-9);
         assert_eq!(boltzmann(&[1000.0, -1000.0], 1.0), [1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_share_picks_a_place() {
+        let picked = [0.0, 0.2, 0.25, 0.9, 1.0].map(|share| pick(&[0.25, 0.0, 0.75, 0.0], share));
+        assert_eq!(picked, [0, 0, 2, 2, 2]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::env::Points;
 use crate::ke::KnowledgeEquivalent;
 use crate::learner::form::model_of_pairs;
 use crate::math::moments::uniform;
+use crate::math::mpv::across;
 
 declare! {
     /// The action of the highest knowledge equivalent over the members; the first where several
@@ -42,8 +43,7 @@ impl Op for Argmax {
 #[must_use]
 pub fn equivalents(members: &[&[f64]], ke: &dyn KnowledgeEquivalent) -> Vec<f64> {
     let weights = uniform(members.len());
-    let column = |i| members.iter().map(|scores| scores[i]).collect::<Vec<f64>>();
-    (0..members[0].len()).map(|i| ke.reduce(&column(i), &weights)).collect()
+    across(members, |scores| ke.reduce(scores, &weights))
 }
 
 #[cfg(test)]
