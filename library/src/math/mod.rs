@@ -3,6 +3,7 @@
 pub mod bellman;
 pub mod compare;
 pub mod detect;
+pub mod disagreement;
 pub mod interval;
 pub mod linear_gaussian;
 pub mod moments;

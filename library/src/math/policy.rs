@@ -1,6 +1,6 @@
 //! Probabilities of actions by their values.
 
-use crate::math::moments::{mean, real};
+use crate::math::moments::{mean, real, sum, uniform};
 
 /// The first action of the highest value.
 ///
@@ -30,6 +30,46 @@ pub fn boltzmann(values: &[f64], temperature: f64) -> Vec<f64> {
         values.iter().map(|value| ((value - highest) / temperature).exp()).collect();
     let sum: f64 = weights.iter().sum();
     weights.into_iter().map(|weight| weight / sum).collect()
+}
+
+/// What each number is of the sum of all, such as weights of a distribution; equal parts if all are 0.
+#[must_use]
+pub fn shares(xs: &[f64]) -> Vec<f64> {
+    let sum = sum(xs);
+    if sum == 0.0 { uniform(xs.len()) } else { xs.iter().map(|x| x / sum).collect() }
+}
+
+/// A policy mixed with a signal of each action in the space of probabilities (§C.4.3).
+///
+/// ```text
+/// (1 - β) π + β σ
+/// ```
+///
+/// The signal, such as the disagreement of an ensemble, is thought of as a distribution: that of
+/// [`shares`] makes the mixture one too, which the thesis does not tell.
+///
+/// # Panics
+/// If there is not one number of the signal an action.
+#[must_use]
+pub fn mix_probabilities(policy: &[f64], signal: &[f64], beta: f64) -> Vec<f64> {
+    assert_eq!(policy.len(), signal.len(), "one number an action");
+    policy.iter().zip(signal).map(|(p, s)| (1.0 - beta) * p + beta * s).collect()
+}
+
+/// A policy mixed with a signal of each action in the space of logits (§C.4.3): drawn to it if `beta` is
+/// above 0, and averse to it below (§C.4.4).
+///
+/// ```text
+/// softmax(z + β σ)
+/// ```
+///
+/// # Panics
+/// If there is not one number of the signal an action.
+#[must_use]
+pub fn mix_logits(logits: &[f64], signal: &[f64], beta: f64) -> Vec<f64> {
+    assert_eq!(logits.len(), signal.len(), "one number an action");
+    let mixed: Vec<f64> = logits.iter().zip(signal).map(|(z, s)| z + beta * s).collect();
+    boltzmann(&mixed, 1.0)
 }
 
 /// The first place at which the probabilities so far exceed `share`; the last possible if none does. Of an
@@ -78,6 +118,17 @@ mod tests {
         assert!((sharp[0] / sharp[1] - 2.0_f64.exp()).abs() < 1e-12);
         assert!((boltzmann(&[1.0, 0.0], 1e9)[0] - 0.5).abs() < 1e-9);
         assert_eq!(boltzmann(&[1000.0, -1000.0], 1.0), [1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_signal_draws_a_policy_or_repels_it() {
+        let signal = shares(&[3.0, 1.0, 0.0]);
+        assert_eq!(signal, [0.75, 0.25, 0.0]);
+        assert_eq!(mix_probabilities(&[0.25, 0.25, 0.5], &signal, 0.5), [0.5, 0.25, 0.25]);
+        assert_eq!(shares(&[0.0, 0.0]), [0.5, 0.5]);
+        // e^{±ln 3} : 1.
+        let by = |beta| mix_logits(&[0.5, 0.5], &[3.0_f64.ln(), 0.0], beta)[0];
+        assert!((by(1.0) - 0.75).abs() < 1e-15 && (by(-1.0) - 0.25).abs() < 1e-15);
     }
 
     #[test]

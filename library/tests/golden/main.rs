@@ -3,6 +3,7 @@
 mod bayes;
 mod bellman;
 mod decision;
+mod disagreement;
 mod gaps;
 mod harness;
 mod losses;
