@@ -10,4 +10,5 @@ mod losses;
 mod networks;
 mod optim;
 mod statistics;
+mod tabular;
 mod targets;

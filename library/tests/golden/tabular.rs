@@ -1,0 +1,140 @@
+//! Learning with a number for everything in a square of 5 × 5 cells, and where policies lead in it.
+
+use ivx_library::math::bellman::Model;
+use ivx_library::math::markov_chain::{hits, induced, occupancy};
+use ivx_library::math::moments::real;
+use ivx_library::math::tabular::{
+    Transition, expected_sarsa_loss, most_likely, td_errors, transition_counts, transition_loss,
+};
+use serde_json::{Value, json};
+
+use crate::harness::{Case, check, number, numbers, rows, text};
+
+const SIZES: (usize, usize) = (25, 4);
+
+#[test]
+fn golden_gridworld_tabular() {
+    check("gridworld_tabular", |case, path| match case.kind.as_str() {
+        "reach_prob" => reached(case, path),
+        "tabular_mle" => most_likely_model(case, path),
+        "tabular_esarsa" => expected_sarsa(case, path),
+        "tabular_model" => model_loss(case, path),
+        _ => None,
+    });
+}
+
+fn place(x: f64) -> usize {
+    (0..1000).find(|i| real(*i) == x).expect("a whole number")
+}
+
+/// Transitions of the square: north, west, south and east, held back by walls; with the wind's
+/// probability, an even draw of the four replaces the action.
+fn windy(n: usize, wind: f64) -> Vec<f64> {
+    let mut transitions = vec![0.0; n * n * 4 * n * n];
+    for s in 0..n * n {
+        let (row, column) = (s / n, s % n);
+        let leads = [
+            row.saturating_sub(1) * n + column,
+            row * n + column.saturating_sub(1),
+            (row + 1).min(n - 1) * n + column,
+            row * n + (column + 1).min(n - 1),
+        ];
+        for a in 0..4 {
+            let next = &mut transitions[(s * 4 + a) * n * n..][..n * n];
+            next[leads[a]] += 1.0 - wind;
+            for to in leads {
+                next[to] += wind / 4.0;
+            }
+        }
+    }
+    transitions
+}
+
+fn reached(case: &Case, path: &[&str]) -> Option<Value> {
+    let inputs = &case.inputs;
+    let n = place(number(&inputs["n"]));
+    let transitions = windy(n, number(&inputs["wind_prob"]));
+    let (rewards, terminal) = (vec![0.0; n * n * 4], vec![false; n * n]);
+    let model = Model { transitions: &transitions, rewards: &rewards, terminal: &terminal };
+    let chain = induced(&model, &rows(&inputs["policy"]).concat());
+    let ends = (place(number(&inputs["start"])), place(number(&inputs["target"])));
+    let at = |curve: Vec<f64>| {
+        let steps = numbers(&inputs["l"]).into_iter();
+        Some(json!(steps.map(|l| curve[place(l)]).collect::<Vec<f64>>()))
+    };
+    match path {
+        ["occupancy_prob_at_step_l"] => at(occupancy(&chain, ends, 150)),
+        ["hit_by_step_l"] => at(hits(&chain, ends, 150)),
+        ["P_pi_row_start"] => Some(json!(chain[ends.0 * n * n..][..n * n])),
+        _ => None,
+    }
+}
+
+/// Rows of state, action, perhaps a reward, and the state that followed.
+fn transitions(rows: &[Vec<f64>]) -> Vec<Transition> {
+    let transition = |row: &Vec<f64>| Transition {
+        state: place(row[0]),
+        action: place(row[1]),
+        reward: if row.len() == 4 { row[2] } else { 0.0 },
+        next: place(row[row.len() - 1]),
+        ended: false,
+    };
+    rows.iter().map(transition).collect()
+}
+
+fn most_likely_model(case: &Case, path: &[&str]) -> Option<Value> {
+    let batch = transitions(&rows(&case.inputs["transitions_s_a_s2"]));
+    let counts = transition_counts(SIZES, &batch);
+    match path {
+        ["total_kept"] => Some(json!(counts.iter().sum::<f64>())),
+        ["state_action_counts"] => {
+            let n_tried: Vec<f64> = counts.chunks(25).map(|row| row.iter().sum()).collect();
+            Some(json!(n_tried.chunks(4).collect::<Vec<_>>()))
+        }
+        ["p_hat_visited"] => {
+            let likely = most_likely(&counts, &vec![0.0; counts.len()], 25);
+            let possible = likely.iter().enumerate().filter(|(_, p)| **p > 0.0);
+            let entry = |(i, p): (usize, &f64)| json!([i / 100, i / 25 % 4, i % 25, p]);
+            Some(Value::Array(possible.map(entry).collect()))
+        }
+        _ => None,
+    }
+}
+
+fn expected_sarsa(case: &Case, path: &[&str]) -> Option<Value> {
+    let inputs = &case.inputs;
+    assert_eq!(text(&inputs["policy"]), "uniform");
+    let (q, policy) = (rows(&inputs["Q"]).concat(), vec![0.25; 100]);
+    let batch = transitions(&rows(&inputs["batch_s_a_r_s2"]));
+    let discount = number(&inputs["gamma"]);
+    let loss = expected_sarsa_loss(&q, &policy, 4, discount, &batch);
+    match path {
+        // Theirs are how far the values lie above the targets.
+        ["td"] => {
+            let errors = td_errors(&q, &policy, 4, discount, &batch);
+            Some(json!(errors.iter().map(|error| -error).collect::<Vec<f64>>()))
+        }
+        ["loss"] => Some(json!(loss.value)),
+        ["grad"] => Some(json!(loss.gradient.chunks(4).collect::<Vec<_>>())),
+        _ => None,
+    }
+}
+
+/// Only the rows of what was tried are told.
+fn model_loss(case: &Case, path: &[&str]) -> Option<Value> {
+    let row = |key: &str| {
+        let (state, action) = key.split_once(',')?;
+        Some((state.parse::<usize>().ok()? * 4 + action.parse::<usize>().ok()?) * 25)
+    };
+    let mut logits = vec![0.0; 25 * 4 * 25];
+    for (key, values) in case.inputs["logits_rows"].as_object()? {
+        logits[row(key)?..][..25].copy_from_slice(&numbers(values));
+    }
+    let batch = transitions(&rows(&case.inputs["batch_s_a_s2"]));
+    let loss = transition_loss(&logits, SIZES, &batch);
+    match path {
+        ["nll"] => Some(json!(loss.value)),
+        ["grad_rows", key] => Some(json!(loss.gradient[row(key)?..][..25])),
+        _ => None,
+    }
+}
