@@ -4,7 +4,7 @@ use ivx_library::math::moments::real;
 use ivx_library::nn::{Graph, Params, Proximity, Shape, Steps, Var};
 use serde_json::{Value, json};
 
-use crate::harness::{Case, check, number};
+use crate::harness::{Case, check, check_kind, number};
 use crate::networks::{Tensor, at, input};
 
 #[test]
@@ -15,6 +15,11 @@ fn golden_distributions_agree() {
 #[test]
 fn golden_policy_losses_agree() {
     check("policy_losses", |case, path| at(&policy(case), path));
+}
+
+#[test]
+fn golden_losses_of_errors_agree() {
+    check_kind("value_targets", "losses", |case, path| at(&of_errors(case), path));
 }
 
 /// A pass whose values are inputs of the case by name.
@@ -65,6 +70,24 @@ impl<'a> Pass<'a> {
         let tensor = input(self.case, name);
         self.graph.input(tensor.batch(), &tensor.values)
     }
+}
+
+fn of_errors(case: &Case) -> Value {
+    let pass = Pass::new(case);
+    let graph = &pass.graph;
+    let mean_loss = |of: &dyn Fn(Var, Var) -> Var| {
+        let errors = pass.of("td");
+        let zeros = graph.affine(errors, 0.0, 0.0);
+        let loss = graph.mean(of(errors, zeros));
+        graph.backward(loss);
+        (graph.scalar(loss), pass.like("td", graph.grad(errors)))
+    };
+    let (huber, grad_huber) = mean_loss(&|x, y| graph.huber(x, y, 1.0));
+    let (half, grad_half) = mean_loss(&|x, y| graph.affine(graph.squared(x, y), 0.5, 0.0));
+    json!({
+        "huber_delta1_mean": huber, "grad_huber": grad_huber,
+        "l2_half_mean": half, "grad_l2": grad_half,
+    })
 }
 
 fn distribution(case: &Case) -> Value {
