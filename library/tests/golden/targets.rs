@@ -3,8 +3,10 @@
 use ivx_library::agent::{Bootstrap, ExpectedSarsa, QLearning, Sarsa, worth};
 use ivx_library::ke::{Bcm, KnowledgeEquivalent, Ma, Wcm};
 use ivx_library::math::moments::{mean, real};
+use ivx_library::math::off_policy::{Ahead, VTrace, retrace, v_trace};
 use ivx_library::math::order::argmax;
 use ivx_library::math::returns::{Path, advantages, advantages_cut, k_step, lambda_returns};
+use ivx_library::math::two_hot::{Bins, signed_hyperbolic, signed_parabolic};
 use ivx_library::planner::equivalents;
 use serde_json::{Value, json};
 
@@ -15,11 +17,15 @@ fn golden_value_targets_agree() {
     for kind in ["mc_return", "n_step_returns", "lambda_returns", "gae", "gae_truncation"] {
         check_kind("value_targets", kind, along_a_path);
     }
-    for kind in ["q_learning", "sarsa", "expected_sarsa", "double_q"] {
+    for kind in ["q_learning", "sarsa", "expected_sarsa", "double_q", "q_lambda"] {
         check_kind("value_targets", kind, one_step);
     }
     check_kind("value_targets", "ensemble_q_target", of_an_ensemble);
     check_kind("value_targets", "mc_value", by_monte_carlo);
+    check_kind("value_targets", "retrace", off_policy);
+    check_kind("value_targets", "vtrace", v_traced);
+    check_kind("value_targets", "h_transform", rescaled);
+    check_kind("value_targets", "two_hot", in_bins);
 }
 
 fn ends(value: &Value) -> Vec<bool> {
@@ -59,15 +65,20 @@ fn along_a_path(case: &Case, path: &[&str]) -> Option<Value> {
     })
 }
 
+fn places(value: &Value) -> Vec<usize> {
+    numbers(value).iter().map(|x| place(*x)).collect()
+}
+
+fn place(x: f64) -> usize {
+    (0..1000).find(|i| real(*i) == x).expect("a place")
+}
+
 /// `r + γ v(s')`, and how far it lies above the value of the action taken.
 fn one_step(case: &Case, path: &[&str]) -> Option<Value> {
     let inputs = &case.inputs;
-    let places = |value: &Value| -> Vec<usize> {
-        numbers(value).iter().map(|x| (0..9).find(|i| real(*i) == *x).expect("a place")).collect()
-    };
     let next = rows(&inputs[if case.kind == "double_q" { "q_t_value" } else { "q_t" }]);
     let worth: Vec<f64> = match case.kind.as_str() {
-        "q_learning" => next.iter().map(|q| QLearning {}.value(q, &[], 0)).collect(),
+        "q_learning" | "q_lambda" => next.iter().map(|q| QLearning {}.value(q, &[], 0)).collect(),
         "sarsa" => {
             let taken = places(&inputs["a_t"]);
             next.iter().zip(taken).map(|(q, a)| Sarsa {}.value(q, &[], a)).collect()
@@ -83,23 +94,29 @@ fn one_step(case: &Case, path: &[&str]) -> Option<Value> {
         }
         _ => return None,
     };
-    let targets = one_step_targets(case, &worth);
+    let lambda = inputs["lam"].as_f64().unwrap_or(0.0);
+    beside_values(case, path, &targets_ahead(case, &worth, lambda))
+}
+
+/// Targets of what was done, and how far they lie above its values.
+fn beside_values(case: &Case, path: &[&str], targets: &[f64]) -> Option<Value> {
     match path {
         ["target"] => Some(json!(targets)),
         ["td_error"] => {
-            let before = rows(&inputs["q_tm1"]);
-            let before = before.iter().zip(places(&inputs["a_tm1"])).map(|(q, a)| q[a]);
+            let before = rows(&case.inputs["q_tm1"]);
+            let before = before.iter().zip(places(&case.inputs["a_tm1"])).map(|(q, a)| q[a]);
             Some(json!(targets.iter().zip(before).map(|(y, q)| y - q).collect::<Vec<f64>>()))
         }
         _ => None,
     }
 }
 
-fn one_step_targets(case: &Case, worth: &[f64]) -> Vec<f64> {
+/// λ-returns, of which those at 0 look one step ahead.
+fn targets_ahead(case: &Case, worth: &[f64], lambda: f64) -> Vec<f64> {
     let (rewards, ended) = (numbers(&case.inputs["r_t"]), ends(&case.inputs["done"]));
     let values: Vec<f64> = [0.0].iter().chain(worth).copied().collect();
     let along = Path { rewards: &rewards, values: &values, ends: &ended };
-    k_step(&along, number(&case.inputs["gamma"]), 1)
+    lambda_returns(&along, number(&case.inputs["gamma"]), lambda)
 }
 
 fn of_an_ensemble(case: &Case, path: &[&str]) -> Option<Value> {
@@ -107,7 +124,7 @@ fn of_an_ensemble(case: &Case, path: &[&str]) -> Option<Value> {
     let members: Vec<Vec<f64>> = members.iter().map(|member| rows(member).concat()).collect();
     let n_actions = rows(&case.inputs["q_t_ensemble"][0])[0].len();
     let targets = |ke: &dyn KnowledgeEquivalent| {
-        Some(json!(one_step_targets(case, &worth(&members, ke, n_actions))))
+        Some(json!(targets_ahead(case, &worth(&members, ke, n_actions), 0.0)))
     };
     let actions = |ke: &dyn KnowledgeEquivalent| {
         let members: Vec<&[f64]> = members.iter().map(Vec::as_slice).collect();
@@ -145,6 +162,81 @@ fn by_monte_carlo(case: &Case, path: &[&str]) -> Option<Value> {
             };
             Some(json!((0..3).map(value).collect::<Vec<_>>()))
         }
+        _ => None,
+    }
+}
+
+fn off_policy(case: &Case, path: &[&str]) -> Option<Value> {
+    let inputs = &case.inputs;
+    let (next, policy, actions) =
+        (rows(&inputs["q_t"]), rows(&inputs["pi_t"]), places(&inputs["a_t"]));
+    let values = next.iter().zip(&policy).map(|(q, pi)| ExpectedSarsa {}.value(q, pi, 0));
+    let taken = next.iter().zip(&actions).map(|(q, a)| q[*a]);
+    let ratios = policy.iter().zip(&actions).zip(numbers(&inputs["mu_t_of_a_t"]));
+    let ahead = Ahead {
+        rewards: &numbers(&inputs["r_t"]),
+        ends: &ends(&inputs["done"]),
+        values: &values.collect::<Vec<f64>>(),
+        taken: &taken.collect::<Vec<f64>>(),
+        ratios: &ratios.map(|((pi, a), mu)| pi[*a] / mu).collect::<Vec<f64>>(),
+    };
+    let targets = retrace(&ahead, number(&inputs["gamma"]), number(&inputs["lam"]));
+    beside_values(case, path, &targets)
+}
+
+fn v_traced(case: &Case, path: &[&str]) -> Option<Value> {
+    let inputs = &case.inputs;
+    let (rewards, values) = (numbers(&inputs["r"]), numbers(&inputs["v"]));
+    let along = Path { rewards: &rewards, values: &values, ends: &ends(&inputs["done"]) };
+    let by = VTrace {
+        discount: number(&inputs["gamma"]),
+        lambda: number(&inputs["lam"]),
+        clip: number(&inputs["clip_rho"]),
+        advantage_clip: number(&inputs["clip_pg_rho"]),
+    };
+    let traced = v_trace(&along, &numbers(&inputs["rho"]), &by);
+    match path {
+        ["errors"] => Some(json!(traced.errors)),
+        ["pg_advantage"] => Some(json!(traced.advantages)),
+        ["q_estimate"] => Some(json!(traced.action_values)),
+        _ => None,
+    }
+}
+
+fn rescaled(case: &Case, path: &[&str]) -> Option<Value> {
+    let eps = number(&case.inputs["eps"]);
+    let scaled: Vec<f64> =
+        numbers(&case.inputs["x"]).iter().map(|x| signed_hyperbolic(*x, eps)).collect();
+    match path {
+        ["h"] => Some(json!(scaled)),
+        ["h_inv_of_h"] => {
+            Some(json!(scaled.iter().map(|y| signed_parabolic(*y, eps)).collect::<Vec<_>>()))
+        }
+        _ => None,
+    }
+}
+
+/// rlax adds `1e-5` to what it divides the distance to the upper bin by, so that its distributions miss
+/// their numbers a little. Ours do not, and are brought to theirs here.
+fn in_bins(case: &Case, path: &[&str]) -> Option<Value> {
+    let inputs = &case.inputs;
+    let (low, high) = (number(&inputs["min"]), number(&inputs["max"]));
+    let n = place(number(&inputs["num_bins"]));
+    let bins = Bins { low, high, n };
+    let width = (high - low) / real(n - 1);
+    let theirs = |x: &f64| {
+        let mut probs = bins.two_hot(*x);
+        let lower = probs.iter().position(|p| *p > 0.0).expect("somewhere");
+        if probs[lower] < 1.0 {
+            probs[lower] *= width / (width + 1e-5);
+            probs[lower + 1] = 1.0 - probs[lower];
+        }
+        probs
+    };
+    let probs: Vec<Vec<f64>> = numbers(&inputs["scalars"]).iter().map(theirs).collect();
+    match path {
+        ["probs"] => Some(json!(probs)),
+        ["decoded"] => Some(json!(probs.iter().map(|p| bins.mean(p)).collect::<Vec<f64>>())),
         _ => None,
     }
 }
