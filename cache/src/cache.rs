@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::actions::Actions;
 use crate::error::At as _;
+use crate::found::FOUND;
 use crate::hints::{self, Hints};
 use crate::in_use;
 use crate::journal::{self, Journal, Seen};
@@ -379,7 +380,9 @@ pub(crate) fn look(root: &Path) -> Result<Option<File>, CacheError> {
 pub(crate) fn prepare(disk: &Disk, root: &Path) -> Result<File, CacheError> {
     let version = root.join("version");
     let is_new = is_new(root)?;
-    for folder in ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints", "runs", "keys"] {
+    for folder in
+        ["objects", "journal", "locks", "tmp", "corrupt", "checkpoints", "runs", "keys", FOUND]
+    {
         let folder = root.join(folder);
         disk.create_folder(&folder).at(&folder)?;
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::broom::{Broom, folders, put_aside};
 use crate::cache::{names, prepare};
+use crate::found::{self, FOUND};
 use crate::{CacheError, Digest, Disk, Record, Trouble, hints, in_use, merge, runs};
 
 /// What a store holds that is whole, and what was not.
@@ -77,6 +78,10 @@ pub fn check(root: &Path) -> Result<Checked, CacheError> {
     for name in names(&root.join("keys"))? {
         let is_whole = |bytes: &[u8]| is_named(&name.to_string_lossy(), bytes);
         read(root, &root.join("keys").join(&name), is_whole, &mut checked.damaged)?;
+    }
+    for name in names(&root.join(FOUND))? {
+        let is_whole = |bytes: &[u8]| found::is_whole(&name.to_string_lossy(), bytes);
+        read(root, &root.join(FOUND).join(&name), is_whole, &mut checked.damaged)?;
     }
     let mut damaged = Vec::new();
     hints::load(root, &Disk::default(), &mut damaged);

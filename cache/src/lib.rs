@@ -18,6 +18,7 @@ mod durable;
 mod error;
 #[doc(hidden)]
 pub mod faulty;
+mod found;
 mod hints;
 mod in_use;
 mod journal;

@@ -77,7 +77,7 @@ impl Cache {
         fs::read(place(&self.root, keys)).is_ok_and(|found| found == list)
     }
 
-    fn publish(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
+    pub(crate) fn publish(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
         let temporary = self.root.join("tmp").join(durable::unique_name());
         durable::publish(&self.disk, &temporary, path, bytes)
     }
@@ -98,7 +98,7 @@ impl Cache {
 /// The runs of a store, while nobody sweeps it.
 #[derive(Debug)]
 pub struct History {
-    root: PathBuf,
+    pub(crate) root: PathBuf,
     disk: Disk,
     /// The runs, the one that ended first first.
     pub runs: Vec<Run>,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::cache::{names_if_any, sizes};
+use crate::found::FOUND;
 use crate::{Cache, CacheError, runs};
 
 /// How much a store holds.
@@ -68,7 +69,7 @@ impl Cache {
         let history = runs::runs(&self.root, &mut Vec::new())?;
         stats.runs = history.len();
         stats.kept_runs = history.iter().filter(|run| run.kept).count();
-        stats.run_bytes = count("runs")?.1 + count("keys")?.1;
+        stats.run_bytes = count("runs")?.1 + count("keys")?.1 + count(FOUND)?.1;
         for shelf in names_if_any(&self.root.join("objects"))? {
             for (_, bytes) in sizes(&self.root.join("objects").join(shelf))? {
                 stats.objects += 1;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::broom::{Broom, folders, now, size, written};
 use crate::cache::{names, prepare};
+use crate::found::{FOUND, named};
 use crate::journal::frame_len;
 use crate::lock::try_lock;
 use crate::merge::{self, Journals, WEEK};
@@ -88,7 +89,7 @@ pub fn sweep(
     }
     let wanted = &wanted(&history);
     let uses = uses(root, &history, wanted, &journals, &mut swept.troubles)?;
-    let others = sizes_of(root, &["tmp", "corrupt", "checkpoints", "runs", "keys"])?;
+    let others = sizes_of(root, &["tmp", "corrupt", "checkpoints", "runs", "keys", FOUND])?;
     let before = others + sizes_of(root, &["journal"])? + objects_size(root)?;
 
     let mut broom = Broom::new(root, dry);
@@ -135,7 +136,7 @@ fn is_chosen(run: &Run, wanted: &Wanted) -> bool {
     wanted.runs.as_ref().is_some_and(|runs| runs.contains(&run.name))
 }
 
-/// Removes the runs that are not wanted, and lists of keys that no other has.
+/// Removes the runs that are not wanted, and lists of keys and finds that no other has.
 fn forget(
     root: &Path,
     history: &[Run],
@@ -153,6 +154,8 @@ fn forget(
     broom.sweep(&root.join("runs"), |name| files.contains(name))?;
     let lists: BTreeSet<String> = stay.iter().map(|run| run.keys.to_string()).collect();
     broom.sweep(&root.join("keys"), |name| !lists.contains(name))?;
+    let found = named(stay);
+    broom.sweep(&root.join(FOUND), |name| !found.contains(name))?;
     Ok(gone.len())
 }
 
