@@ -3,17 +3,20 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ivx_op::Outcome;
+use ivx_op::{Finding, Outcome};
 
-use crate::results::{Measure, Results, Setting};
+use crate::moved::{Interval, Move, digits, moved};
+use crate::results::{Claim, Results, Setting};
 
 /// One difference.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
     /// Something is there only on one side.
     Only {
-        /// What.
-        what: String,
+        /// `experiment`, `param`, `measure`, `claim`, `figure` or `table`.
+        kind: &'static str,
+        /// Its address.
+        name: String,
         /// Whether it is new; otherwise it is gone.
         new: bool,
     },
@@ -30,17 +33,10 @@ pub enum Change {
     Measure {
         /// Its address.
         name: String,
-        /// How many numbers moved, of how many.
-        moved: (usize, usize),
-        /// The largest move, and its size relative to the value before.
-        largest: (f64, f64),
+        /// How far.
+        moved: Move,
     },
-    /// A measure varies over something else.
-    Shape {
-        /// Its address.
-        name: String,
-    },
-    /// A claim has another outcome.
+    /// A claim has another outcome, or has one at some coordinates.
     Claim {
         /// Its address.
         name: String,
@@ -48,9 +44,13 @@ pub enum Change {
         before: Option<Outcome>,
         /// Its outcome after.
         after: Option<Outcome>,
+        /// The coordinates at which it has.
+        flips: Vec<Flip>,
     },
     /// A figure or table looks different.
     File {
+        /// `figure` or `table`.
+        kind: &'static str,
         /// Its address.
         name: String,
     },
@@ -63,48 +63,53 @@ pub enum Change {
     },
 }
 
+/// A coordinate at which a claim has another outcome.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flip {
+    /// What came out before.
+    pub before: Finding,
+    /// What came out after.
+    pub after: Finding,
+}
+
 /// The differences from `before` to `after`. Numbers count as moved when they differ by more
 /// than `tolerance` relative to the larger of the two.
 #[must_use]
-pub fn diff(before: &Results, after: &Results, tolerance: f64) -> Vec<Change> {
+pub fn diff(before: &Results, after: &Results, tolerance: f64, interval: Interval) -> Vec<Change> {
     let mut changes = Vec::new();
     params("", &before.params, &after.params, &mut changes);
     for (name, old, new) in pairs(&before.experiments, &after.experiments) {
         let (Some(old), Some(new)) = (old, new) else {
-            changes.push(Change::Only { what: format!("experiment {name}"), new: new.is_some() });
+            changes.push(only("experiment", name.clone(), new.is_some()));
             continue;
         };
         params(&format!("{name}."), &old.params, &new.params, &mut changes);
         for (claim, old, new) in pairs(&old.claims, &new.claims) {
             let name = format!("{name}/\"{claim}\"");
             match (old, new) {
-                (Some(old), Some(new)) if old.outcome != new.outcome => {
-                    changes.push(Change::Claim { name, before: old.outcome, after: new.outcome });
-                }
-                (Some(_), Some(_)) => {}
-                (_, new) => {
-                    changes
-                        .push(Change::Only { what: format!("claim {name}"), new: new.is_some() });
-                }
+                (Some(old), Some(new)) => changes.extend(flipped(name, old, new)),
+                (_, new) => changes.push(only("claim", name, new.is_some())),
             }
         }
         for (measure, old, new) in pairs(&old.measures, &new.measures) {
             let name = format!("{name}/{measure}");
             match (old, new) {
-                (Some(old), Some(new)) => changes.extend(moved(name, old, new, tolerance)),
-                (_, new) => changes
-                    .push(Change::Only { what: format!("measure {name}"), new: new.is_some() }),
+                (Some(old), Some(new)) => {
+                    let moved = moved(old, new, tolerance, interval);
+                    changes.extend(moved.map(|moved| Change::Measure { name, moved }));
+                }
+                (_, new) => changes.push(only("measure", name, new.is_some())),
             }
         }
         let files = pairs(&old.figures, &new.figures).map(|f| ("figure", f));
         for (kind, (file, old, new)) in
             files.chain(pairs(&old.tables, &new.tables).map(|t| ("table", t)))
         {
-            let name = format!("{kind} {name}/\"{file}\"");
+            let name = format!("{name}/\"{file}\"");
             match (old, new) {
-                (Some(old), Some(new)) if old != new => changes.push(Change::File { name }),
+                (Some(old), Some(new)) if old != new => changes.push(Change::File { kind, name }),
                 (Some(_), Some(_)) => {}
-                (_, new) => changes.push(Change::Only { what: name, new: new.is_some() }),
+                (_, new) => changes.push(only(kind, name, new.is_some())),
             }
         }
     }
@@ -130,35 +135,27 @@ fn params(
             }
             (Some(_), Some(_)) => {}
             (_, new) => {
-                changes.push(Change::Only { what: format!("param {name}"), new: new.is_some() });
+                changes.push(only("param", name, new.is_some()));
             }
         }
     }
 }
 
-fn moved(name: String, before: &Measure, after: &Measure, tolerance: f64) -> Option<Change> {
-    if before.dims != after.dims || before.values.len() != after.values.len() {
-        return Some(Change::Shape { name });
-    }
-    let mut n_moved = 0;
-    let mut largest = (0.0, 0.0);
-    for (old, new) in before.values.iter().zip(&after.values) {
-        let same = old == new || (old.is_nan() && new.is_nan());
-        let apart = (new - old).abs();
-        let relative = apart / old.abs().max(new.abs());
-        if same || relative <= tolerance {
-            continue;
-        }
-        n_moved += 1;
-        if n_moved == 1 || apart > largest.0 || apart.is_nan() {
-            largest = (apart, apart / old.abs());
+fn only(kind: &'static str, name: String, new: bool) -> Change {
+    Change::Only { kind, name, new }
+}
+
+fn flipped(name: String, before: &Claim, after: &Claim) -> Option<Change> {
+    let mut flips = Vec::new();
+    for new in &after.findings {
+        let old = before.findings.iter().find(|old| old.at == new.at);
+        if let Some(old) = old.filter(|old| old.outcome != new.outcome) {
+            flips.push(Flip { before: old.clone(), after: new.clone() });
         }
     }
-    (n_moved > 0).then_some(Change::Measure {
-        name,
-        moved: (n_moved, before.values.len()),
-        largest,
-    })
+    let (before, after) = (before.outcome, after.outcome);
+    let is_flipped = before != after || !flips.is_empty();
+    is_flipped.then_some(Change::Claim { name, before, after, flips })
 }
 
 type Pair<'a, T> = (&'a String, Option<&'a T>, Option<&'a T>);
@@ -183,34 +180,71 @@ impl fmt::Display for Setting {
     }
 }
 
+/// One line: what differs, without the details.
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let outcome =
-            |o: &Option<Outcome>| o.map_or_else(|| "failed to run".to_owned(), |o| o.to_string());
         match self {
-            Self::Only { what, new: true } => write!(f, "+ {what}"),
-            Self::Only { what, new: false } => write!(f, "- {what}"),
+            Self::Only { kind, name, new: true } => write!(f, "+ {kind} {name}"),
+            Self::Only { kind, name, new: false } => write!(f, "- {kind} {name}"),
             Self::Param { name, before, after } => write!(f, "~ param {name}: {before} -> {after}"),
-            Self::Measure { name, moved: (n, of), largest: (apart, relative) } => write!(
-                f,
-                "~ measure {name}: {n} of {of} moved, by at most {apart:.3e} ({:.2} %)",
-                relative * 100.0
-            ),
-            Self::Shape { name } => write!(f, "~ measure {name}: varies over something else"),
-            Self::Claim { name, before, after } => {
-                write!(f, "! claim {name}: {} -> {}", outcome(before), outcome(after))
+            Self::Measure { name, moved } => write!(f, "~ measure {name}: {moved}"),
+            Self::Claim { name, before, after, .. } if before == after => {
+                write!(f, "! claim {name}: {}, but otherwise", outcome(*before))
             }
-            Self::File { name } => write!(f, "~ {name}: looks different"),
+            Self::Claim { name, before, after, .. } => {
+                write!(f, "! claim {name}: {} -> {}", outcome(*before), outcome(*after))
+            }
+            Self::File { kind, name } => write!(f, "~ {kind} {name}: looks different"),
             Self::Failure { node, why: Some(why) } => write!(f, "! {node} fails: {why}"),
             Self::Failure { node, why: None } => write!(f, "+ {node} no longer fails"),
         }
     }
 }
 
+/// An outcome in a word or three.
+fn outcome(outcome: Option<Outcome>) -> String {
+    outcome.map_or_else(|| "failed to run".to_owned(), |outcome| outcome.to_string())
+}
+
+impl Change {
+    /// The details, a line each.
+    #[must_use]
+    pub fn details(&self) -> Vec<String> {
+        match self {
+            Self::Measure { moved, .. } => moved.details(),
+            Self::Claim { flips, .. } => flips.iter().map(Flip::to_string).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// `at ke=MA: holds, -0.5 in [-1, 0], n = 8 -> fails, 0.25`
+impl fmt::Display for Flip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let at = self.after.at.iter().map(|(axis, label)| format!("{axis}={label}"));
+        let at: Vec<String> = at.collect();
+        if !at.is_empty() {
+            write!(f, "at {}: ", at.join(", "))?;
+        }
+        write!(f, "{} -> {}", found(&self.before), found(&self.after))
+    }
+}
+
+fn found(Finding { outcome, estimate, interval, n, .. }: &Finding) -> String {
+    let interval = interval
+        .map_or_else(String::new, |(low, high)| format!(" in [{}, {}]", digits(low), digits(high)));
+    let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
+    format!("{outcome}, {}{interval}{seeds}", digits(*estimate))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::{Claim, ExperimentResults};
+    use crate::results::{ExperimentResults, Measure};
+
+    fn none(_: &[f64]) -> Option<(f64, f64)> {
+        None
+    }
 
     fn results(value: f64, outcome: Outcome, members: i64) -> Results {
         let measure = Measure { dims: Vec::new(), values: vec![value] };
@@ -227,22 +261,44 @@ mod tests {
     #[test]
     fn only_what_moved_beyond_tolerance_is_told() {
         let before = results(1.0, Outcome::Holds, 8);
-        assert_eq!(diff(&before, &before, 0.0), []);
-        assert_eq!(diff(&before, &results(1.0 + 1e-12, Outcome::Holds, 8), 1e-9), []);
-        let told: Vec<_> = diff(&before, &results(1.5, Outcome::Fails, 16), 1e-9)
-            .iter()
-            .map(ToString::to_string)
-            .collect();
+        assert_eq!(diff(&before, &before, 0.0, none), []);
+        assert_eq!(diff(&before, &results(1.0 + 1e-12, Outcome::Holds, 8), 1e-9, none), []);
+        let changes = diff(&before, &results(1.5, Outcome::Fails, 16), 1e-9, none);
+        let told: Vec<_> = changes.iter().map(ToString::to_string).collect();
         assert_eq!(
             told,
             [
                 "~ param e.members: 8 -> 16",
                 "! claim e/\"less\": holds -> fails",
-                "~ measure e/gap: 1 of 1 moved, by at most 5.000e-1 (50.00 %)",
+                "~ measure e/gap: 1 of 1 moved, at most 1 -> 1.5 (+50 %)",
             ]
         );
-        let gone = diff(&before, &Results::default(), 0.0);
-        assert_eq!(gone, [Change::Only { what: "experiment e".into(), new: false }]);
+        let gone = diff(&before, &Results::default(), 0.0, none);
+        assert_eq!(gone, [only("experiment", "e".into(), false)]);
+    }
+
+    #[test]
+    fn a_claim_is_told_where_it_flipped() {
+        let finding = |label: &str, outcome, estimate, interval| Finding {
+            at: vec![("ke".into(), label.into())],
+            outcome,
+            estimate,
+            interval,
+            n: 8,
+        };
+        let claim = |findings: [Finding; 2]| Claim {
+            claim: "a < b".into(),
+            outcome: Some(Outcome::Fails),
+            findings: findings.into(),
+        };
+        let stays = finding("WCM", Outcome::Fails, 2.0, None);
+        let before = claim([stays.clone(), finding("MA", Outcome::Holds, -1.0 / 3.0, None)]);
+        let after = finding("MA", Outcome::Undecided, 1e-7, Some((-0.25, 12345.6)));
+        let change = flipped("e/\"less\"".into(), &before, &claim([after, stays])).unwrap();
+        assert_eq!(change.to_string(), "! claim e/\"less\": fails, but otherwise");
+        let told = "at ke=MA: holds, -0.3333, n = 8 -> undecided, 1e-7 in [-0.25, 12350], n = 8";
+        assert_eq!(change.details(), [told]);
+        assert_eq!(flipped("e".into(), &before, &before), None);
     }
 
     #[test]

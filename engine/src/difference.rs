@@ -6,7 +6,7 @@ use std::fmt;
 use crate::explanation::{Explanation, Gathered, Input, is_below, versioned, written};
 
 /// One part of a key that was something else.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Difference {
     /// Which part.
     pub part: Part,

@@ -15,24 +15,28 @@ mod foresee;
 mod key;
 mod lock;
 mod markdown;
+mod moved;
 mod outcome;
 mod plan;
 mod platform;
 mod queue;
 mod results;
 mod schedule;
+mod shift;
 mod stop;
 mod tidy;
 mod verify;
 mod why;
 
-pub use diff::{Change, diff};
+pub use diff::{Change, Flip, diff};
 pub use difference::{Difference, Part};
 pub use event::{Event, Listen, Silence};
 pub use expand::expand;
 pub use foresee::{Foreseen, consult, foresee, gone, record_of, recorded};
 pub use key::{explain, key, number_digest};
 pub use lock::{Lock, Locks};
+pub use markdown::code;
+pub use moved::{Beyond, Interval, Largest, Move, Outside};
 pub use outcome::{Fate, Node, Outcome};
 pub use petgraph::graph::NodeIndex;
 pub use plan::{Draw, Family, Fed, Plan, Source, Step};
@@ -41,6 +45,7 @@ pub use results::{
     Claim, ExperimentResults, Measure, Report, Results, Setting, report, settings, wanted,
 };
 pub use schedule::{Options, schedule};
+pub use shift::{Made, Moved, Root, Shift, shifts};
 pub use stop::Stop;
 pub use tidy::{Coordinate, Row, Tidy, tidy};
 pub use verify::{Verified, verify};

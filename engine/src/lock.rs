@@ -95,7 +95,7 @@ impl Lock {
             lines.extend(new.map(|address| format!("+ {address}")));
         }
         if lines.is_empty() {
-            let changes = diff(&self.results(), &now.results(), tolerance);
+            let changes = diff(&self.results(), &now.results(), tolerance, |_| None);
             lines.extend(changes.iter().map(ToString::to_string));
         }
         lines

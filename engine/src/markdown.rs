@@ -167,8 +167,9 @@ fn difference(finding: &Finding) -> String {
     format!(", difference {estimate:?}{interval}{seeds}{lacking}")
 }
 
-/// Text that is no prose, on one line.
-fn code(text: &str) -> String {
+/// Text that is no prose, as code on one line.
+#[must_use]
+pub fn code(text: &str) -> String {
     let text = text.replace('\n', "\\n").replace('\r', "\\r");
     if text.trim().is_empty() {
         return format!("`{text:?}`");

@@ -1,0 +1,431 @@
+//! Which nodes came, went and changed between two runs, and where that began.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use ivx_cache::Digest;
+use serde::{Deserialize, Serialize};
+
+use crate::difference::{Difference, Part, compare, name};
+use crate::explanation::{Explanation, Input};
+
+/// What a run knew of a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Made {
+    /// Its key, if its inputs were known.
+    pub key: Option<Digest>,
+    /// The digest of its result, if it had one.
+    pub output: Option<Digest>,
+}
+
+/// Nodes of one binding to which the same happened for the same reasons.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shift {
+    /// Their address without coordinates: `small/model/member`.
+    pub binding: String,
+    /// What happened.
+    pub how: Moved,
+    /// Where it began; nothing where there is no more to say.
+    pub roots: Vec<Root>,
+    /// Their addresses.
+    pub nodes: Vec<String>,
+}
+
+/// What happened to a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Moved {
+    /// It has another key.
+    Rekeyed,
+    /// It has its key, and another result.
+    Remade,
+    /// It was called otherwise.
+    Renamed,
+    /// There was none.
+    Added,
+    /// There is none any more.
+    Gone,
+}
+
+/// Where a change began.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Root {
+    /// A part of a key.
+    Differs {
+        /// The binding of the node whose key that is.
+        binding: String,
+        /// What differs.
+        difference: Difference,
+    },
+    /// A node that has its key, and another result.
+    Remade {
+        /// The binding of the node.
+        binding: String,
+    },
+    /// A node whose records the cache has lost.
+    Lost {
+        /// The binding of the node.
+        binding: String,
+    },
+    /// Coordinates that are only on one side.
+    Axis {
+        /// The axis.
+        name: String,
+        /// Their labels, in order of numbers or else of names.
+        labels: Vec<String>,
+    },
+    /// What it was called.
+    Was {
+        /// The binding.
+        binding: String,
+    },
+}
+
+/// What happened to the nodes of a run until another, and why, by what happened, binding and
+/// reason. Nodes that neither run has a key of are passed over.
+///
+/// - `explain`: the explanation of a key, if it is known.
+#[must_use]
+pub fn shifts<'a>(
+    before: &BTreeMap<String, Made>,
+    after: &BTreeMap<String, Made>,
+    explain: &dyn Fn(&Digest) -> Option<&'a str>,
+) -> Vec<Shift> {
+    let mut groups: BTreeMap<(Moved, String, Vec<Root>), Vec<String>> = BTreeMap::new();
+    let mut note = |how, address: &str, roots: Vec<Root>| {
+        let nodes = groups.entry((how, binding(address), roots)).or_default();
+        nodes.push(address.to_owned());
+    };
+    let mut search = Search::new(before, after, explain);
+    for (address, new) in after {
+        let Some(old) = before.get(address) else { continue };
+        match (old.key, new.key) {
+            (Some(old_key), Some(new_key)) if old_key != new_key => {
+                note(Moved::Rekeyed, address, search.roots(address));
+            }
+            (Some(_), Some(_)) if search.is_remade(address) => {
+                note(Moved::Remade, address, Vec::new());
+            }
+            _ => {}
+        }
+    }
+    let absent = |of: &BTreeMap<String, Made>, from: &BTreeMap<String, Made>| {
+        let absent = of.iter().filter(|(address, _)| !from.contains_key(*address));
+        absent.map(|(address, made)| (address.clone(), made.key)).collect::<Vec<_>>()
+    };
+    let mut gone = absent(before, after);
+    let (old, new) = (Labels::of(before), Labels::of(after));
+    for (address, key) in absent(after, before) {
+        match gone.iter().position(|(_, own)| key.is_some() && *own == key) {
+            Some(i) => {
+                let was = Root::Was { binding: binding(&gone.remove(i).0) };
+                note(Moved::Renamed, &address, vec![was]);
+            }
+            None => note(Moved::Added, &address, new.lacking(&address, &old)),
+        }
+    }
+    for (address, _) in gone {
+        note(Moved::Gone, &address, old.lacking(&address, &new));
+    }
+    let shift = |((how, binding, roots), nodes)| Shift { binding, how, roots, nodes };
+    groups.into_iter().map(shift).collect()
+}
+
+/// An address without coordinates: `e/model/member` of `e/model[seed=0]/member[3]`.
+fn binding(address: &str) -> String {
+    let mut depth = 0_usize;
+    let outside = address.chars().filter(|c| {
+        depth += usize::from(*c == '[');
+        let is_outside = depth == 0;
+        depth = depth.saturating_sub(usize::from(*c == ']'));
+        is_outside
+    });
+    outside.collect()
+}
+
+/// The axes and labels in an address; the number of a member has no axis but its word.
+fn coordinates(address: &str) -> impl Iterator<Item = (&str, &str)> {
+    address.split('/').flat_map(|part| {
+        let (word, inside) =
+            part.split_once('[').map_or((part, ""), |(w, i)| (w, i.trim_end_matches(']')));
+        inside
+            .split(',')
+            .filter(|c| !c.is_empty())
+            .map(move |c| c.split_once('=').unwrap_or((word, c)))
+    })
+}
+
+/// The labels of a run by binding and axis.
+struct Labels<'a>(BTreeMap<String, BTreeMap<&'a str, BTreeSet<&'a str>>>);
+
+impl<'a> Labels<'a> {
+    fn of(nodes: &'a BTreeMap<String, Made>) -> Self {
+        let mut labels: BTreeMap<String, BTreeMap<_, BTreeSet<_>>> = BTreeMap::new();
+        for address in nodes.keys() {
+            let axes = labels.entry(binding(address)).or_default();
+            for (axis, label) in coordinates(address) {
+                axes.entry(axis).or_default().insert(label);
+            }
+        }
+        Self(labels)
+    }
+
+    /// The axes along which a node of this run lies where the other has none of its binding.
+    fn lacking(&self, address: &str, other: &Self) -> Vec<Root> {
+        let own = binding(address);
+        let Some(there) = other.0.get(&own) else { return Vec::new() };
+        let roots = coordinates(address).filter_map(|(axis, label)| {
+            let there = there.get(axis)?;
+            if there.contains(label) {
+                return None;
+            }
+            let mut labels: Vec<String> =
+                self.0[&own][axis].difference(there).map(|label| (*label).to_owned()).collect();
+            let number = |label: &String| label.parse::<f64>().unwrap_or(f64::INFINITY);
+            labels.sort_by(|a, b| number(a).total_cmp(&number(b)));
+            Some(Root::Axis { name: axis.to_owned(), labels })
+        });
+        roots.collect()
+    }
+}
+
+/// The nodes of one run, by the bytes that they made.
+type ByOutput<'n> = BTreeMap<Digest, Vec<&'n str>>;
+
+struct Search<'n, 'e, 'a> {
+    before: &'n BTreeMap<String, Made>,
+    after: &'n BTreeMap<String, Made>,
+    made_before: ByOutput<'n>,
+    made_after: ByOutput<'n>,
+    explain: &'e dyn Fn(&Digest) -> Option<&'a str>,
+    links: BTreeMap<&'n str, Link<'n>>,
+    roots: BTreeMap<&'n str, BTreeSet<Root>>,
+}
+
+/// What differs of a node itself, and the inputs that differ.
+#[derive(Default)]
+struct Link<'n> {
+    own: BTreeSet<Root>,
+    inputs: BTreeSet<&'n str>,
+}
+
+impl<'n, 'e, 'a> Search<'n, 'e, 'a> {
+    fn new(
+        before: &'n BTreeMap<String, Made>,
+        after: &'n BTreeMap<String, Made>,
+        explain: &'e dyn Fn(&Digest) -> Option<&'a str>,
+    ) -> Self {
+        let (made_before, made_after) = (by_output(before), by_output(after));
+        let (links, roots) = (BTreeMap::new(), BTreeMap::new());
+        Self { before, after, made_before, made_after, explain, links, roots }
+    }
+
+    /// Whether a node has its key in both runs, and another result.
+    fn is_remade(&self, address: &str) -> bool {
+        let (old, new) = (self.before[address], self.after[address]);
+        old.key == new.key && old.output.zip(new.output).is_some_and(|(old, new)| old != new)
+    }
+
+    /// Where the change of a node began, followed through its inputs.
+    fn roots(&mut self, address: &'n str) -> Vec<Root> {
+        let mut todo = vec![address];
+        while let Some(node) = todo.last().copied() {
+            if let Some(link) = self.links.get(node) {
+                todo.pop();
+                let inputs = link.inputs.iter().filter_map(|input| self.roots.get(input));
+                let all = link.own.iter().chain(inputs.flatten()).cloned().collect();
+                self.roots.entry(node).or_insert(all);
+            } else {
+                let link = self.link(node);
+                todo.extend(link.inputs.iter().filter(|input| !self.links.contains_key(*input)));
+                self.links.insert(node, link);
+            }
+        }
+        self.roots[address].iter().cloned().collect()
+    }
+
+    fn link(&self, node: &'n str) -> Link<'n> {
+        let own = |root| Link { own: [root].into(), inputs: BTreeSet::new() };
+        if self.is_remade(node) {
+            return own(Root::Remade { binding: binding(node) });
+        }
+        let explanation = |of: &BTreeMap<String, Made>| {
+            of[node].key.as_ref().and_then(self.explain).map(Explanation::of)
+        };
+        let (Some(before), Some(after)) = (explanation(self.before), explanation(self.after))
+        else {
+            return own(Root::Lost { binding: binding(node) });
+        };
+        let same = |old: &Input, new: &Input| self.maker(old, new).is_some();
+        let (differences, replaced) = compare(&before, &after, &same);
+        let mut link = Link::default();
+        let mut differs = |difference| {
+            link.own.insert(Root::Differs { binding: binding(node), difference });
+        };
+        differences.into_iter().for_each(&mut differs);
+        for replaced in replaced {
+            // One that was added or taken away came with a difference of axes or counts.
+            let (Some(old), Some(new)) = (replaced.before, replaced.after) else { continue };
+            if let Some(input) = self.maker(old, new) {
+                link.inputs.insert(input);
+                continue;
+            }
+            let part = Part::Input(format!("{}.{}", name(&after.op), replaced.port));
+            let (before, after) = self.shown(old, new);
+            let difference = Difference { part, before: Some(before), after: Some(after) };
+            link.own.insert(Root::Differs { binding: binding(node), difference });
+        }
+        link
+    }
+
+    /// The node that made one input before and another now.
+    fn maker(&self, old: &Input, new: &Input) -> Option<&'n str> {
+        let (old, new) = (old.digest?, new.digest?);
+        let was =
+            |node: &&&str| self.before.get(**node).is_some_and(|made| made.output == Some(old));
+        self.made_after.get(&new)?.iter().find(was).copied()
+    }
+
+    /// Two inputs for people: a number, or what made it, as short as tells them apart.
+    fn shown(&self, old: &Input, new: &Input) -> (String, String) {
+        type Short = fn(&str) -> String;
+        let made = |input: &Input, made: &ByOutput<'_>, short: Short| {
+            let node = input.digest.and_then(|digest| made.get(&digest)?.first().copied());
+            let node = node.map_or("something that is not known any more".to_owned(), short);
+            input.number.clone().unwrap_or(node)
+        };
+        let both = |short: Short| {
+            (made(old, &self.made_before, short), made(new, &self.made_after, short))
+        };
+        let (before, after) = both(binding);
+        if before == after { both(str::to_owned) } else { (before, after) }
+    }
+}
+
+fn by_output(nodes: &BTreeMap<String, Made>) -> ByOutput<'_> {
+    let mut made = ByOutput::new();
+    for (address, node) in nodes {
+        if let Some(output) = node.output {
+            made.entry(output).or_default().push(address);
+        }
+    }
+    made
+}
+
+/// `hidden was 8, is 16`, or why there is no more to say.
+impl fmt::Display for Root {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Differs { binding, difference } => write!(f, "{difference} ({binding})"),
+            Self::Remade { binding } => write!(f, "{binding} came out otherwise, of the same key"),
+            Self::Lost { binding } => write!(f, "the cache has lost what {binding} was made from"),
+            Self::Axis { name, labels } => write!(f, "{name} = {}", labels.join(", ")),
+            Self::Was { binding } => write!(f, "it was {binding}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn digest(n: u8) -> Digest {
+        Digest([n; 32])
+    }
+
+    /// Nodes by address, key and output; without either, it is 0.
+    fn run(nodes: &[(&str, u8, u8)]) -> BTreeMap<String, Made> {
+        let some = |n: u8| (n > 0).then(|| digest(n));
+        let made = |(address, key, output): &(&str, u8, u8)| {
+            ((*address).to_owned(), Made { key: some(*key), output: some(*output) })
+        };
+        nodes.iter().map(made).collect()
+    }
+
+    /// What is told, a line a group.
+    #[track_caller]
+    fn check(
+        before: &[(&str, u8, u8)],
+        after: &[(&str, u8, u8)],
+        texts: &[(u8, String)],
+        expected: &[&str],
+    ) {
+        let text = |key: &Digest| {
+            texts.iter().find(|(n, _)| digest(*n) == *key).map(|(_, text)| text.as_str())
+        };
+        let told = shifts(&run(before), &run(after), &text).into_iter().map(|shift| {
+            let Shift { binding, how, roots, nodes } = shift;
+            let roots: Vec<String> = roots.iter().map(ToString::to_string).collect();
+            format!("{} {binding} {how:?}: {}", nodes.len(), roots.join("; "))
+        });
+        assert_eq!(told.collect::<Vec<_>>(), expected);
+    }
+
+    fn data(n: u8) -> String {
+        format!("format 1\nop sample@1\narg.n {n}\nseed 0\n")
+    }
+
+    fn model(input: u8) -> String {
+        format!("format 1\nop train@1\nport on 1\ninput {}\n", digest(input))
+    }
+
+    #[test]
+    fn a_change_is_followed_to_where_it_began() {
+        let before =
+            [("e/data[seed=0]", 1, 11), ("e/fit/member[0]", 2, 12), ("e/fit/member[1]", 3, 13)];
+        let after =
+            [("e/data[seed=0]", 4, 14), ("e/fit/member[0]", 5, 15), ("e/fit/member[1]", 6, 16)];
+        let texts = [
+            (1, data(8)),
+            (4, data(9)),
+            (2, model(11)),
+            (5, model(14)),
+            (3, model(11)),
+            (6, model(14)),
+        ];
+        let told = [
+            "1 e/data Rekeyed: `sample.n` was 8, is 9 (e/data)",
+            "2 e/fit/member Rekeyed: `sample.n` was 8, is 9 (e/data)",
+        ];
+        check(&before, &after, &texts, &told);
+        check(&before, &before, &texts, &[]);
+        let lost = "1 e/data Rekeyed: the cache has lost what e/data was made from";
+        check(&before[..1], &after[..1], &texts[..1], &[lost]);
+    }
+
+    #[test]
+    fn another_result_of_a_key_is_a_root_and_nodes_may_take_another_input() {
+        let before = [("e/a", 1, 11), ("e/b", 2, 12), ("e/fit", 3, 13)];
+        let remade = [("e/a", 1, 21), ("e/b", 2, 12), ("e/fit", 4, 14)];
+        let texts = [(3, model(11)), (4, model(21)), (5, model(12))];
+        let told = ["1 e/fit Rekeyed: e/a came out otherwise, of the same key", "1 e/a Remade: "];
+        check(&before, &remade, &texts, &told);
+        let other = [("e/a", 1, 11), ("e/b", 2, 12), ("e/fit", 5, 15)];
+        check(&before, &other, &texts, &["1 e/fit Rekeyed: `train.on` was e/a, is e/b (e/fit)"]);
+    }
+
+    #[test]
+    fn nodes_come_and_go_with_their_coordinates() {
+        let before = [("e/a[seed=0,ke=x]", 1, 0), ("e/old", 2, 0), ("e/gone", 9, 0)];
+        let after = [
+            ("e/a[seed=0,ke=x]", 1, 0),
+            ("e/a[seed=2,ke=x]", 3, 0),
+            ("e/a[seed=10,ke=x]", 4, 0),
+            ("e/named", 2, 0),
+            ("e/new", 0, 0),
+        ];
+        let told = [
+            "1 e/named Renamed: it was e/old",
+            "2 e/a Added: seed = 2, 10",
+            "1 e/new Added: ",
+            "1 e/gone Gone: ",
+        ];
+        check(&before, &after, &[], &told);
+    }
+
+    #[test]
+    fn a_node_that_makes_its_own_input_ends_the_search() {
+        let texts = [(1, model(11)), (2, model(12))];
+        check(&[("e/a", 1, 11)], &[("e/a", 2, 12)], &texts, &["1 e/a Rekeyed: "]);
+    }
+}
