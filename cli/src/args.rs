@@ -50,8 +50,18 @@ Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[
     /// Give specs their one layout, in place.
     #[command(after_help = "Example: ivx fmt --check experiments/ch2/*.ivx")]
     Fmt(Fmt),
-    /// Compare two results.
-    #[command(after_help = "Example: ivx diff old/results.ron results/thesis")]
+    /// Say what moved between two results, and why.
+    #[command(after_help = "\
+Examples: ivx diff results/thesis old/results.ron
+          ivx diff 3f2a91bc 77aa
+          ivx diff HEAD~1 --format markdown
+
+A and B are each a path, a run or a git revision; of several the first counts. A path is a results file, its
+folder, or a folder of such. A run is what `ivx runs` lists; the first digits are enough. At a revision, results
+are those tracked below results/: `git add --force results/NAME/results.ron results/NAME/run.ron`. Of one run
+or file against many, that of its spec is compared.
+
+Exit codes: 0 nothing differs, 1 something does, 2 A or B is not there.")]
     Diff(Diff),
     /// Write measures, or one model or data set, as other programs read them.
     #[command(after_help = "\
@@ -242,13 +252,33 @@ pub(crate) struct Fmt {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Diff {
-    /// A results file or its folder.
+    /// What was: a path, a run or a git revision.
+    #[arg(value_name = "A")]
     pub(crate) before: PathBuf,
-    /// Another.
-    pub(crate) after: PathBuf,
+    /// What is, likewise [default: the project's results].
+    #[arg(value_name = "B")]
+    pub(crate) after: Option<PathBuf>,
     /// By how much a number may move, relative to its size.
     #[arg(long, default_value_t = 1e-9)]
     pub(crate) tolerance: f64,
+    /// Name every node that is new, gone or another.
+    #[arg(long)]
+    pub(crate) nodes: bool,
+    /// How to say it.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: DiffFormat,
+}
+
+/// How differences are told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DiffFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs.
+    Json,
+    /// For a comment on a pull request.
+    Markdown,
 }
 
 #[derive(Debug, clap::Args)]

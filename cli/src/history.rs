@@ -67,6 +67,8 @@ pub(crate) struct Summary {
     pub(crate) nodes: Nodes,
     /// The verdict of each claim, by experiment and words; none of a run that was stopped.
     pub(crate) claims: BTreeMap<String, BTreeMap<String, String>>,
+    /// The digest of what it found out, which the cache keeps; none of a run that was stopped.
+    pub(crate) found: Option<String>,
     /// The nodes that took longest, in milliseconds.
     pub(crate) longest: Vec<(String, u64)>,
     /// Some nodes that failed, and why.
@@ -145,6 +147,7 @@ impl Summary {
             status,
             nodes,
             claims: results.map(claims).unwrap_or_default(),
+            found: None,
             longest: longest.into_iter().map(|(address, ms)| (address.clone(), ms)).collect(),
             failures,
         }

@@ -3,6 +3,7 @@
 mod args;
 mod command;
 mod date;
+mod found;
 mod history;
 mod load;
 mod machine;

@@ -180,24 +180,13 @@ impl fmt::Display for Setting {
     }
 }
 
-/// One line: what differs, without the details.
+/// `~ param e.members: 8 -> 16`: what differs, without the details.
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Only { kind, name, new: true } => write!(f, "+ {kind} {name}"),
-            Self::Only { kind, name, new: false } => write!(f, "- {kind} {name}"),
-            Self::Param { name, before, after } => write!(f, "~ param {name}: {before} -> {after}"),
-            Self::Measure { name, moved } => write!(f, "~ measure {name}: {moved}"),
-            Self::Claim { name, before, after, .. } if before == after => {
-                write!(f, "! claim {name}: {}, but otherwise", outcome(*before))
-            }
-            Self::Claim { name, before, after, .. } => {
-                write!(f, "! claim {name}: {} -> {}", outcome(*before), outcome(*after))
-            }
-            Self::File { kind, name } => write!(f, "~ {kind} {name}: looks different"),
-            Self::Failure { node, why: Some(why) } => write!(f, "! {node} fails: {why}"),
-            Self::Failure { node, why: None } => write!(f, "+ {node} no longer fails"),
-        }
+        let (kind, name) = self.subject();
+        write!(f, "{} {kind} {name}", self.sign())?;
+        let how = self.how();
+        if how.is_empty() { Ok(()) } else { write!(f, ": {how}") }
     }
 }
 
@@ -207,6 +196,48 @@ fn outcome(outcome: Option<Outcome>) -> String {
 }
 
 impl Change {
+    /// `+` for what is new or mended, `-` for what is gone, `!` for what is to be looked at first.
+    #[must_use]
+    pub fn sign(&self) -> char {
+        match self {
+            Self::Only { new: true, .. } | Self::Failure { why: None, .. } => '+',
+            Self::Only { new: false, .. } => '-',
+            Self::Claim { .. } | Self::Failure { .. } => '!',
+            Self::Param { .. } | Self::Measure { .. } | Self::File { .. } => '~',
+        }
+    }
+
+    /// The kind of what differs, and its address.
+    #[must_use]
+    pub fn subject(&self) -> (&'static str, &str) {
+        match self {
+            Self::Only { kind, name, .. } | Self::File { kind, name } => (kind, name),
+            Self::Param { name, .. } => ("param", name),
+            Self::Measure { name, .. } => ("measure", name),
+            Self::Claim { name, .. } => ("claim", name),
+            Self::Failure { node, .. } => ("node", node),
+        }
+    }
+
+    /// How it differs; nothing where its sign says all.
+    #[must_use]
+    pub fn how(&self) -> String {
+        match self {
+            Self::Only { .. } => String::new(),
+            Self::Param { before, after, .. } => format!("{before} -> {after}"),
+            Self::Measure { moved, .. } => moved.to_string(),
+            Self::Claim { before, after, .. } if before == after => {
+                format!("{}, but otherwise", outcome(*before))
+            }
+            Self::Claim { before, after, .. } => {
+                format!("{} -> {}", outcome(*before), outcome(*after))
+            }
+            Self::File { .. } => "looks different".to_owned(),
+            Self::Failure { why: Some(why), .. } => format!("fails: {why}"),
+            Self::Failure { why: None, .. } => "no longer fails".to_owned(),
+        }
+    }
+
     /// The details, a line each.
     #[must_use]
     pub fn details(&self) -> Vec<String> {
@@ -218,7 +249,7 @@ impl Change {
     }
 }
 
-/// `at ke=MA: holds, -0.5 in [-1, 0], n = 8 -> fails, 0.25`
+/// `at ke=MA: holds, difference -0.5 in [-1, 0], n = 8 -> fails, difference 0.25`
 impl fmt::Display for Flip {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at = self.after.at.iter().map(|(axis, label)| format!("{axis}={label}"));
@@ -234,7 +265,7 @@ fn found(Finding { outcome, estimate, interval, n, .. }: &Finding) -> String {
     let interval = interval
         .map_or_else(String::new, |(low, high)| format!(" in [{}, {}]", digits(low), digits(high)));
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
-    format!("{outcome}, {}{interval}{seeds}", digits(*estimate))
+    format!("{outcome}, difference {}{interval}{seeds}", digits(*estimate))
 }
 
 #[cfg(test)]
@@ -296,7 +327,8 @@ mod tests {
         let after = finding("MA", Outcome::Undecided, 1e-7, Some((-0.25, 12345.6)));
         let change = flipped("e/\"less\"".into(), &before, &claim([after, stays])).unwrap();
         assert_eq!(change.to_string(), "! claim e/\"less\": fails, but otherwise");
-        let told = "at ke=MA: holds, -0.3333, n = 8 -> undecided, 1e-7 in [-0.25, 12350], n = 8";
+        let told = "at ke=MA: holds, difference -0.3333, n = 8 -> \
+                    undecided, difference 1e-7 in [-0.25, 12350], n = 8";
         assert_eq!(change.details(), [told]);
         assert_eq!(flipped("e".into(), &before, &before), None);
     }

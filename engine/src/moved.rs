@@ -199,19 +199,22 @@ impl Move {
     #[must_use]
     pub fn details(&self) -> Vec<String> {
         let Some(Beyond { n, of, worst }) = &self.beyond else { return Vec::new() };
-        let means = if *of == 1 {
-            "the mean over seed".to_owned()
-        } else {
-            format!("{of} means over seed")
+        let (earlier, is_one) = ("earlier 95 % interval", *of == 1);
+        let told = match worst {
+            None if is_one => format!("the mean over seed is within its {earlier}"),
+            None => format!("{of} means over seed are within their {earlier}s"),
+            Some(Outside { at, interval: (low, high), mean }) => {
+                let at = if at.is_empty() { String::new() } else { format!(" at {at}") };
+                let (low, high, mean) = (digits(*low), digits(*high), digits(*mean));
+                let whose = if is_one {
+                    format!("the mean over seed is beyond its {earlier}")
+                } else {
+                    format!("{n} of {of} means over seed are beyond their {earlier}s")
+                };
+                format!("{whose}: {mean} outside [{low}, {high}]{at}")
+            }
         };
-        let Some(Outside { at, interval: (low, high), mean }) = worst else {
-            return vec![format!("within the 95 % interval before: {means}")];
-        };
-        let at = if at.is_empty() { String::new() } else { format!(" at {at}") };
-        let share = if *of == 1 { means } else { format!("{n} of {means}") };
-        let (low, high, mean) = (digits(*low), digits(*high), digits(*mean));
-        let place = format!("{mean} outside [{low}, {high}]{at}");
-        vec![format!("beyond the 95 % interval before: {share}, {place}")]
+        vec![told]
     }
 }
 
@@ -263,8 +266,8 @@ mod tests {
             found.to_string(),
             "1 of 2 moved, at most 4 -> 6 (+50 %) at ke=b, seed=1; 2 new; 2 gone"
         );
-        let told =
-            "beyond the 95 % interval before: 1 of 2 means over seed, 8 outside [3.4, 3.6] at ke=b";
+        let told = "1 of 2 means over seed are beyond their earlier 95 % intervals: \
+                    8 outside [3.4, 3.6] at ke=b";
         assert_eq!(found.details(), [told]);
     }
 

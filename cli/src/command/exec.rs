@@ -5,9 +5,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use ivx_cache::{Cache, Trouble as CacheTrouble};
+use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Fate, Lock, Options, Report, Results, expand, platform, report, schedule, wanted,
+    Fate, Lock, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
@@ -15,6 +15,7 @@ use ivx_op::Outcome as Verdict;
 use super::run_file::run_file;
 use super::summary;
 use super::{jobs, lock, ready};
+use crate::found;
 use crate::history::{self, Files, Summary};
 use crate::machine::memory;
 use crate::progress::Progress;
@@ -78,12 +79,12 @@ pub(crate) fn exec(
             let report = (!stopped).then(|| report(&name, &ready.spec, &plan, &outcome));
             let results = report.as_ref().map(|report| &report.results);
             let (spec, files) = (&ready.spec, &Files::of(&ready.loaded.project));
-            let summary = Summary::of(spec, files, &plan, &outcome, results, jobs, started);
-            let noted = cache.note_run(now_millis(), history::keys(&outcome), &summary.write());
-            if let Err(error) = noted {
+            let mut summary = Summary::of(spec, files, &plan, &outcome, results, jobs, started);
+            let text = results.map(Results::to_ron);
+            if let Err(error) = note(&cache, &plan, &outcome, text.as_deref(), &mut summary) {
                 writeln!(err, "note: the history lacks this run: {error}")?;
             }
-            (Ok(outcome), report)
+            (Ok(outcome), report.zip(text))
         }
         Err(error) => (Err(error), None),
     };
@@ -92,13 +93,13 @@ pub(crate) fn exec(
         writeln!(err, "note: {trouble}")?;
     }
     let outcome = outcome?;
-    let Some(report) = report else {
+    let Some((report, text)) = report else {
         summary::executed(&plan, &outcome, started.elapsed(), out)?;
         writeln!(out, "stopped: what was executed is kept, and the next run goes on from there")?;
         return Ok(STOPPED);
     };
     let folder = ready.loaded.root.join("results").join(&name);
-    write_results(&folder, &report)?;
+    write_results(&folder, &report, &text)?;
     write_file(&folder.join("run.ron"), &run_file(&plan, &outcome, jobs, started))?;
     summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;
     let shown = folder.strip_prefix(&ready.loaded.root).unwrap_or(&folder);
@@ -122,9 +123,28 @@ pub(crate) fn exec(
     Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
 }
 
+/// Adds a run to the history, with what it found out.
+///
+/// - `results`: their text; none if it was stopped.
+fn note(
+    cache: &Cache,
+    plan: &Plan,
+    outcome: &Outcome,
+    results: Option<&str>,
+    summary: &mut Summary,
+) -> Result<(), CacheError> {
+    if let Some(results) = results {
+        let found = cache.keep_found(&found::pack(results, plan, outcome))?;
+        summary.found = Some(found.to_string());
+    }
+    cache.note_run(now_millis(), history::keys(outcome), &summary.write()).map(drop)
+}
+
 /// Writes what changed; what the results before had written and these do not goes.
-fn write_results(folder: &Path, report: &Report) -> Result<(), Trouble> {
-    let (results, text) = (folder.join("results.ron"), report.results.to_ron());
+///
+/// - `text`: of the results.
+fn write_results(folder: &Path, report: &Report, text: &str) -> Result<(), Trouble> {
+    let results = folder.join("results.ron");
     // The same results have the same files, and need not be understood.
     let before = fs::read_to_string(&results).ok().filter(|before| *before != text);
     let before = before.and_then(|text| Results::from_ron(&text).ok());
@@ -139,7 +159,7 @@ fn write_results(folder: &Path, report: &Report) -> Result<(), Trouble> {
     for (path, text) in &report.files {
         write_file(&folder.join(path), text)?;
     }
-    write_file(&results, &text)
+    write_file(&results, text)
 }
 
 /// Writes a file that does not say the same already.

@@ -28,7 +28,7 @@ pub(crate) fn export(
             writeln!(err, "error: {why}")?;
             None
         }
-        "csv" | "json" => measures(&diff::read(path)?, args, kind, err)?,
+        "csv" | "json" => measures(&diff::results(path)?, args, kind, err)?,
         "npz" | "safetensors" => node(args, kind, err)?,
         _ => {
             let why = "name it `.csv` or `.json` for measures, `.npz` or `.safetensors` for a node";

@@ -14,6 +14,8 @@ use super::{Ready, ready};
 use crate::args::StoreMode;
 use crate::render::safe;
 use crate::setter::{Setter, setter};
+pub(super) use json::part;
+
 use crate::{OK, Trouble, WRONG, args, project, store};
 
 /// What telling of a node needs beside what is told.

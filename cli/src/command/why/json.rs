@@ -49,8 +49,9 @@ fn record(earlier: &Earlier<'_>) -> Value {
     })
 }
 
-fn difference(told: &Told<'_>, node: NodeIndex, difference: &Difference) -> Value {
-    let (kind, path) = match &difference.part {
+/// The kind of a part of a key, and its path.
+pub(in crate::command) fn part(part: &Part) -> (&'static str, Option<&String>) {
+    match part {
         Part::Format => ("format", None),
         Part::Operation => ("operation", None),
         Part::Argument(path) => ("argument", Some(path)),
@@ -62,7 +63,11 @@ fn difference(told: &Told<'_>, node: NodeIndex, difference: &Difference) -> Valu
         Part::Seed => ("seed", None),
         Part::Member => ("member", None),
         Part::Platform => ("platform", None),
-    };
+    }
+}
+
+fn difference(told: &Told<'_>, node: NodeIndex, difference: &Difference) -> Value {
+    let (kind, path) = part(&difference.part);
     let setter = told.setter(node, &difference.part);
     json!({
         "kind": kind,

@@ -1,0 +1,158 @@
+//! What one name given to `ivx diff` means: a path, a run or a git revision.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use ivx_cache::{History, Run};
+use ivx_grammar::suggest;
+
+use super::git::{self, Revision};
+use crate::command::runs::find;
+use crate::found::Found;
+use crate::history::Summary;
+use crate::render::visible;
+use crate::{At as _, Trouble};
+
+/// One side of a comparison.
+pub(super) struct Side {
+    /// What it is called.
+    pub(super) title: String,
+    /// Its results by the name of their spec.
+    pub(super) found: BTreeMap<String, Found>,
+    /// Whether it is one run or results file, which is compared whatever its name.
+    pub(super) is_single: bool,
+}
+
+/// The side that a name means; says so if it means none.
+pub(super) fn side(
+    name: &Path,
+    root: &Path,
+    history: Option<&History>,
+    err: &mut dyn Write,
+) -> Result<Option<Side>, Trouble> {
+    if name.exists() {
+        return of_path(name, err);
+    }
+    let Some(word) = name.to_str() else {
+        writeln!(err, "error: {} is not there", visible(&name.to_string_lossy()))?;
+        return Ok(None);
+    };
+    let runs = history.map(|history| history.runs.as_slice()).unwrap_or_default();
+    if let Some(history) = history
+        && !word.is_empty()
+        && runs.iter().any(|run| run.name.starts_with(word))
+    {
+        return match find(runs, word, err)? {
+            Some(run) => of_run(run, history, err),
+            None => Ok(None),
+        };
+    }
+    match git::at(root, word) {
+        Revision::Known { commit, found } if found.is_empty() => {
+            writeln!(
+                err,
+                "error: no results are tracked at {} ({}): commit them with \
+                 `git add --force results/NAME/results.ron results/NAME/run.ron`",
+                visible(word),
+                &commit[..8]
+            )?;
+            Ok(None)
+        }
+        Revision::Known { commit, found } => {
+            let title = format!("{word} ({})", &commit[..8]);
+            Ok(Some(Side { title, found, is_single: false }))
+        }
+        Revision::Broken(why) => {
+            writeln!(err, "error: {}", visible(&format!("{word}: {why}")))?;
+            Ok(None)
+        }
+        Revision::Unknown => {
+            unknown(word, root, runs, err)?;
+            Ok(None)
+        }
+    }
+}
+
+/// The results in the project's own folder.
+pub(super) fn current(root: &Path, err: &mut dyn Write) -> Result<Option<Side>, Trouble> {
+    let folder = root.join("results");
+    let found = folders(&folder)?;
+    if found.is_empty() {
+        let folder = folder.display();
+        writeln!(err, "error: no results are in {folder}: `ivx exec` writes some")?;
+        return Ok(None);
+    }
+    Ok(Some(Side { title: "results".to_owned(), found, is_single: false }))
+}
+
+fn of_path(path: &Path, err: &mut dyn Write) -> Result<Option<Side>, Trouble> {
+    let title = path.display().to_string();
+    if !path.is_dir() || path.join("results.ron").exists() {
+        let found = super::read(path)?;
+        let found = [(found.results.spec.clone(), found)].into();
+        return Ok(Some(Side { title, found, is_single: true }));
+    }
+    let found = folders(path)?;
+    if found.is_empty() {
+        let path = visible(&title);
+        writeln!(
+            err,
+            "error: no results are in {path}: there is no results.ron, nor in its folders"
+        )?;
+        return Ok(None);
+    }
+    Ok(Some(Side { title, found, is_single: false }))
+}
+
+/// The results in the folders of a folder, by the names of these.
+fn folders(folder: &Path) -> Result<BTreeMap<String, Found>, Trouble> {
+    let mut found = BTreeMap::new();
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(found),
+        Err(error) => return Err(error).at(folder),
+    };
+    for entry in entries {
+        let path = entry.at(folder)?.path();
+        if path.join("results.ron").exists() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            found.insert(name, super::read(&path)?);
+        }
+    }
+    Ok(found)
+}
+
+fn of_run(run: &Run, history: &History, err: &mut dyn Write) -> Result<Option<Side>, Trouble> {
+    let summary = Summary::read(run);
+    let named = summary.found.as_ref().and_then(|digest| digest.parse().ok());
+    let Some(digest) = named else {
+        let why = match summary.status {
+            crate::history::Status::Stopped => "was stopped, and has no results",
+            _ => {
+                "is of an ivx that did not keep results in the history: run it again to compare it"
+            }
+        };
+        writeln!(err, "error: run {} {why}", run.name)?;
+        return Ok(None);
+    };
+    let Some(Ok(found)) = history.found(&digest)?.map(Found::unpack) else {
+        let run = &run.name;
+        writeln!(err, "error: what run {run} found out is damaged or gone from the cache")?;
+        return Ok(None);
+    };
+    let found = [(found.results.spec.clone(), found)].into();
+    Ok(Some(Side { title: format!("run {}", run.name), found, is_single: true }))
+}
+
+/// Says that nothing is called like that, and what was perhaps meant.
+fn unknown(word: &str, root: &Path, runs: &[Run], err: &mut dyn Write) -> io::Result<()> {
+    let folders = fs::read_dir(root.join("results")).into_iter().flatten().flatten();
+    let folders = folders.map(|entry| format!("results/{}", entry.file_name().to_string_lossy()));
+    let known: Vec<String> = folders.chain(runs.iter().map(|run| run.name.clone())).collect();
+    let help = suggest(word, known.iter().map(String::as_str));
+    let help = help.unwrap_or_else(|| "`ivx runs` lists runs".to_owned());
+    let said = format!("`{word}` is no path, no run and no git revision: {help}");
+    writeln!(err, "error: {}", visible(&said))
+}

@@ -1,0 +1,91 @@
+//! What a run found out, whole: its results, and what became of its nodes.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use ivx_engine::{Made, Outcome, Plan, Results};
+use serde::Deserialize;
+
+/// What a run found out.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    pub(crate) results: Results,
+    /// The nodes by address, where that is known.
+    pub(crate) nodes: Option<BTreeMap<String, Made>>,
+}
+
+/// The nodes in `run.ron`, or in what the cache keeps of a run.
+#[derive(Deserialize)]
+struct Nodes {
+    nodes: BTreeMap<String, Made>,
+}
+
+impl Found {
+    /// What the texts of `results.ron` and, if it is there, `run.ron` say; or why they do not read.
+    pub(crate) fn of(results: &str, run: Option<&str>) -> Result<Self, String> {
+        let results = Results::from_ron(results).map_err(|why| why.to_string())?;
+        let nodes = run.and_then(|run| ron::from_str::<Nodes>(run).ok()).map(|run| run.nodes);
+        Ok(Self { results, nodes })
+    }
+
+    /// From what the cache keeps.
+    pub(crate) fn unpack(bytes: Vec<u8>) -> Result<Self, String> {
+        let text = String::from_utf8(bytes).map_err(|why| why.to_string())?;
+        let (results, nodes) = text.split_once('\0').unwrap_or((&text, ""));
+        Self::of(results, Some(nodes))
+    }
+}
+
+/// What the cache keeps of a run: nothing that varies from rerun to rerun, so that these share it.
+///
+/// - `results`: the text of its results.
+pub(crate) fn pack(results: &str, plan: &Plan, outcome: &Outcome) -> Vec<u8> {
+    let made = outcome.nodes.iter().map(|node| Made {
+        key: node.key,
+        output: node.output.as_ref().map(|output| output.digest),
+    });
+    let addresses = plan.graph.node_weights().map(|step| step.address.as_str());
+    let mut nodes: Vec<(&str, Made)> = addresses.zip(made).collect();
+    nodes.sort_unstable_by_key(|(address, _)| *address);
+    let mut text = String::with_capacity(results.len() + 256 * (nodes.len() + 1));
+    text.push_str(results);
+    write(&mut text, &nodes).expect("strings take everything");
+    text.into_bytes()
+}
+
+fn write(text: &mut String, nodes: &[(&str, Made)]) -> std::fmt::Result {
+    // No text of RON has this one as itself.
+    text.push_str("\0(nodes:{\n");
+    for (address, made) in nodes {
+        write!(text, "{address:?}:(")?;
+        for (name, digest) in [("key", made.key), ("output", made.output)] {
+            if let Some(digest) = digest {
+                write!(text, "{name}:Some(\"{digest}\"),")?;
+            }
+        }
+        text.push_str("),\n");
+    }
+    text.push_str("})");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_cache::Digest;
+
+    use super::*;
+
+    #[test]
+    fn what_is_packed_is_unpacked_whatever_it_is_called() {
+        let odd = "e/x[label=\"q\\\" \n\0\u{301}é\u{1f600}\u{7f}]";
+        let made = Made { key: Some(Digest([1; 32])), output: None };
+        let results = Results { spec: odd.to_owned(), ..Results::default() };
+        let mut text = results.to_ron();
+        write(&mut text, &[(odd, made), ("f", Made::default())]).expect("strings take everything");
+        let found = Found::unpack(text.into_bytes()).expect("it reads");
+        assert_eq!(found.results, results);
+        let expected = [(odd.to_owned(), made), ("f".to_owned(), Made::default())];
+        assert_eq!(found.nodes, Some(expected.into()));
+        assert!(Found::of("no results", None).is_err());
+    }
+}
