@@ -258,6 +258,8 @@ pub(crate) struct Diff {
     /// What is, likewise [default: the project's results].
     #[arg(value_name = "B")]
     pub(crate) after: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) store: Store,
     /// By how much a number may move, relative to its size.
     #[arg(long, default_value_t = 1e-9)]
     pub(crate) tolerance: f64,

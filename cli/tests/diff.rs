@@ -173,6 +173,8 @@ fn reruns_share_what_they_found_and_other_seeds_are_new() {
     assert!(told.contains("~ measure told/gap: 4 new\n"), "{told}");
     assert!(told.contains("14 new (36 before, 50 after)"), "{told}");
     assert!(told.contains("\n  new\n    2 told/data (seed = 5, 6)\n"), "{told}");
+    let store = ["--store", "shared", "--store-mode", "write"];
+    said(folder, &[&["exec", "told.ivx"][..], &store].concat(), 0);
     // Without records there are no reasons, and the numbers are still told.
     fs::write(folder.join("told.ivx"), SPEC).expect("files can be written");
     said(folder, &CHANGED, 0);

@@ -7,19 +7,19 @@ mod markdown;
 mod side;
 mod text;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
 use ivx_cache::{Cache, Digest, History};
-use ivx_engine::{Change, Moved, Results, Root, Shift, platform, shifts};
+use ivx_engine::{Change, Made, Moved, Results, Root, Shift, platform, shifts};
 use ivx_library::math::interval::student_t;
 
-use crate::args::{self, DiffFormat};
+use crate::args::{self, DiffFormat, StoreMode};
 use crate::found::Found;
 use crate::render::visible;
-use crate::{At as _, FAILED, OK, Trouble, WRONG, project};
+use crate::{At as _, FAILED, OK, Trouble, WRONG, project, store};
 
 use side::{Side, current, side};
 
@@ -76,12 +76,14 @@ pub(crate) fn diff(
     let Some(after) = found(args.after.as_deref())? else { return Ok(WRONG) };
     let titles = (before.title.clone(), after.title.clone());
     let Some(paired) = pair(before, after, err)? else { return Ok(WRONG) };
-    let cache = Cache::look(&cache, &platform())?;
+    let mut cache = Cache::look(&cache, &platform())?;
+    store::attach(&args.store, StoreMode::Read, &mut cache, err)?;
     let pairs = paired.into_iter().map(|(name, before, after)| {
-        compare(name, before.as_ref(), after.as_ref(), args.tolerance, &cache)
+        compare(name, before.as_ref(), after.as_ref(), args.tolerance, &mut cache)
     });
     let told =
         Told { before: titles.0, after: titles.1, pairs: pairs.collect(), names_nodes: args.nodes };
+    store::notes(&mut cache, err)?;
     match args.format {
         DiffFormat::Text => text::write(&told, out)?,
         DiffFormat::Json => json::write(&told, out)?,
@@ -145,13 +147,24 @@ fn compare(
     before: Option<&Found>,
     after: Option<&Found>,
     tolerance: f64,
-    cache: &Cache,
+    cache: &mut Cache,
 ) -> Pair {
     let (Some(before), Some(after)) = (before, after) else {
         return Pair { name, only: Some(after.is_some()), changes: Vec::new(), nodes: None };
     };
     let changes = ivx_engine::diff(&before.results, &after.results, tolerance, interval);
     let nodes = before.nodes.as_ref().zip(after.nodes.as_ref()).map(|(before, after)| {
+        let is_at = |key, address, of: &BTreeMap<String, Made>| {
+            of.get(address).is_some_and(|made| made.key == Some(key))
+        };
+        for (address, made) in before.iter().chain(after) {
+            let is_other =
+                |key: &Digest| !is_at(*key, address, before) || !is_at(*key, address, after);
+            if let Some(key) = made.key.filter(is_other) {
+                // What the cache lacks may be in the store.
+                cache.find(&key);
+            }
+        }
         let explain = |key: &Digest| Some(cache.lookup(key)?.provenance.explanation.as_str());
         Nodes {
             before: before.len(),
