@@ -23,7 +23,7 @@ pub(crate) struct Files {
     /// The path of the spec in its project.
     spec: String,
     /// The digest of its files, their names and the published numbers that they name.
-    digest: Digest,
+    pub(crate) digest: Digest,
 }
 
 impl Files {

@@ -7,11 +7,13 @@ use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Fate, Lock, Options, Outcome, Plan, Report, Results, expand, platform, report, schedule, wanted,
+    Fate, Lock, Options, Outcome, Plan, Report, Results, expand, page, platform, report, schedule,
+    wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
 
+use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
 use super::{jobs, lock, ready};
@@ -101,9 +103,13 @@ pub(crate) fn exec(
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report, &text)?;
     write_file(&folder.join("run.ron"), &run_file(&plan, &outcome, jobs, started))?;
+    let origin = origin(&args.spec, &ready.loaded.project, &report, jobs, started);
+    let page = page(&ready.spec, &plan, &outcome, &report, &origin);
+    write_file(&folder.join("report.html"), &page)?;
     summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;
     let shown = folder.strip_prefix(&ready.loaded.root).unwrap_or(&folder);
     writeln!(out, "results: {}", shown.join("results.ron").display())?;
+    writeln!(out, "report:  {}", shown.join("report.html").display())?;
     let claims =
         report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
     let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));

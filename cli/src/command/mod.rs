@@ -8,8 +8,10 @@ mod explain;
 mod export;
 mod fmt;
 mod lock;
+
 mod new;
 mod ops;
+mod origin;
 mod plan;
 mod run_file;
 mod runs;

@@ -1,0 +1,118 @@
+//! The report as a browser shows it.
+//!
+//! Needs a browser of Chromium's family: that of the variable `BROWSER`, or the first found.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Words of a spec are anybody's: these try to act.
+const SPEC: &str = r#"edition "2026"
+
+/// Of **two** things <script>document.title = "acted"</script>, <b>not bold</b>, [a link](javascript:alert(1))
+/// and ![a picture](http://example.invalid/seen.png).
+experiment shown {
+    param level: Float = 1.0   /// <img src=x onerror="document.title='acted'">
+    axis seed = 0..5
+    axis ke = { "</script><script>document.title = 'acted'</script>": wcm(), "MA": ma() }
+    let reward = sinusoids()
+    let data = sample(reward, n: 5)
+    let model = train(ensemble(map_estimate(net: mlp(hidden: [4])), members: 2), on: data, steps: 2)
+    let decision = argmax(model, ke: ke, among: grid(-1.0, 1.0, points: 3))
+    measure gap = regret(decision, under: reward)
+    figure "1" = bars(gap, by: ke, y_label: "</text><script>document.title = 'acted'</script>")
+    table "2" = table(gap, rows: ke, digits: 2)
+    claim "the level is <i>low</i>" : level < 2.0
+    claim "the level is high" : level > 2.0
+}
+"#;
+
+fn browser() -> Option<OsString> {
+    let named = std::env::var_os("BROWSER");
+    let usual = ["chromium", "chromium-browser", "google-chrome"].map(OsString::from);
+    named.into_iter().chain(usual).find(|name| {
+        Command::new(name).arg("--version").output().is_ok_and(|said| said.status.success())
+    })
+}
+
+/// The report of `SPEC`.
+fn written(folder: &Path) -> std::path::PathBuf {
+    fs::create_dir(folder.join(".ivx")).expect("the folder is empty");
+    fs::write(folder.join("shown.ivx"), SPEC).expect("files can be written");
+    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
+    let ivx = ivx.args(["exec", "shown.ivx"]).current_dir(folder);
+    let said = ivx.env_remove("IVX_CACHE").env_remove("IVX_STORE").output().expect("it runs");
+    let out = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(out.contains("report:  results/shown/report.html"), "{out}");
+    assert!(said.status.success());
+    folder.join("results/shown/report.html")
+}
+
+#[test]
+fn the_report_holds_everything_and_nothing_that_acts() {
+    let folder = tempfile::tempdir().expect("temporary folders can be made");
+    let page = fs::read_to_string(written(folder.path())).expect("it is written");
+    for hostile in ["<script", "<img", "<iframe", "<link", "url(", "href=\"http", "href=\"java"] {
+        assert!(!page.contains(hostile), "{hostile}");
+    }
+    for shown in [
+        "<b>1</b>",
+        "✓</span> holds",
+        "✗</span> fails",
+        "the level is &lt;i&gt;low&lt;/i&gt;",
+        "<strong>two</strong>",
+        "Figure 1",
+        "Table 2",
+        "ivx exec shown.ivx",
+        "results.ron",
+    ] {
+        assert!(page.contains(shown), "{shown} in {page}");
+    }
+    // Who follows a link within the page arrives.
+    for link in page.split("href=\"#").skip(1) {
+        let id = link.split('"').next().expect("a split has a first part");
+        assert!(id.is_empty() || page.contains(&format!("id=\"{id}\"")), "{id}");
+    }
+}
+
+#[test]
+fn a_browser_shows_the_report_in_light_and_dark_and_prints_it() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: there is no Chromium to look at the report with (set BROWSER)");
+        return;
+    };
+    let folder = tempfile::tempdir().expect("temporary folders can be made");
+    let folder = folder.path();
+    let page = format!("file://{}", written(folder).display());
+    let look = |args: &[&str]| -> Output {
+        let mut look = Command::new(&browser);
+        look.args(["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);
+        look.args([
+            "--disable-dev-shm-usage",
+            "--enable-logging=stderr",
+            "--user-data-dir=profile",
+        ]);
+        let seen = look.args(args).arg(&page).current_dir(folder).output().expect("it runs");
+        let said = String::from_utf8_lossy(&seen.stderr);
+        assert!(seen.status.success(), "{said}");
+        // Whatever a page complains of, and whatever its policy forbade, is told there.
+        assert!(!said.contains("CONSOLE"), "{said}");
+        seen
+    };
+    let read = |name: &str| fs::read(folder.join(name)).expect("the browser has written it");
+
+    let dom = String::from_utf8(look(&["--dump-dom"]).stdout).expect("it is text");
+    assert!(dom.contains("<title>shown</title>") && dom.contains("</body></html>"), "{dom}");
+    assert_eq!(dom.matches("<h2>").count(), 3, "claims, the experiment, how to do it again");
+    assert_eq!(dom.matches("<figure>").count(), 2);
+
+    look(&["--print-to-pdf=report.pdf", "--no-pdf-header-footer"]);
+    assert!(read("report.pdf").starts_with(b"%PDF"));
+
+    let size = "--window-size=1000,2000";
+    look(&["--screenshot=light.png", size, "--blink-settings=preferredColorScheme=1"]);
+    look(&["--screenshot=dark.png", size, "--blink-settings=preferredColorScheme=0"]);
+    let (light, dark) = (read("light.png"), read("dark.png"));
+    assert!(light.starts_with(b"\x89PNG") && light != dark, "it has a dark look of its own");
+}

@@ -1,0 +1,157 @@
+//! One experiment: what it is about, what it shows and what it was made of.
+
+use ivx_grammar::ir::{Experiment, Output, Param, Spec};
+
+use super::groups::groups;
+use super::network::network;
+use super::svg::is_plain;
+use super::text::{code, escape, number, prose};
+use crate::outcome::Outcome;
+use crate::plan::Plan;
+use crate::results::{ExperimentResults, FIGURES, Measure, Report, TABLES, path};
+
+/// So many labels of an axis are listed.
+const LABELS: usize = 12;
+
+/// The section of the experiment in this place.
+pub(super) fn section(
+    spec: &Spec,
+    place: usize,
+    experiment: &Experiment,
+    (plan, outcome): (&Plan, &Outcome),
+    report: &Report,
+) -> String {
+    let found = &report.results.experiments[&experiment.name];
+    let mut out = vec![
+        format!("<section id=\"e{place}\"><h2>{}</h2>", escape(&experiment.name)),
+        prose(&experiment.docs),
+    ];
+    let mut shows = Vec::new();
+    for figure in &experiment.figures {
+        let svg = report.files.get(&path(FIGURES, &figure.name, "svg"));
+        shows.push(shown("Figure", figure, svg.map(|svg| drawing(&figure.name, svg))));
+    }
+    for table in &experiment.tables {
+        let text = report.files.get(&path(TABLES, &table.name, "md"));
+        shows.push(shown("Table", table, text.map(|text| prose(text))));
+    }
+    if !shows.is_empty() {
+        out.push(format!("<div class=\"shown\">{}</div>", shows.concat()));
+    }
+    out.extend(measures(experiment, found));
+    out.extend(settings(spec, experiment));
+    let groups = groups(experiment, plan, outcome);
+    if !groups.is_empty() {
+        out.push(format!("<h3>Who feeds whom</h3>{}", network(&groups)));
+    }
+    out.push("</section>".to_owned());
+    out.join("\n")
+}
+
+/// A figure or table with its caption.
+fn shown(what: &str, output: &Output, content: Option<String>) -> String {
+    let content = content.unwrap_or_else(|| {
+        "<p class=\"failed\">Not there, because something that it needs has failed.</p>".to_owned()
+    });
+    format!(
+        "<figure><div class=\"wide\">{content}</div><figcaption><b>{what} {}</b> {}</figcaption></figure>",
+        escape(&output.name),
+        prose(&output.docs)
+    )
+}
+
+/// A drawing as it is, if it is nothing but one.
+fn drawing(name: &str, svg: &str) -> String {
+    if is_plain(svg) {
+        format!(
+            "<div class=\"drawing\" role=\"img\" aria-label=\"Figure {}\">{svg}</div>",
+            escape(name)
+        )
+    } else {
+        let file = code(&path(FIGURES, name, "svg"));
+        format!(
+            "<p class=\"failed\">Not shown, because it holds more than shapes and text: {file}</p>"
+        )
+    }
+}
+
+fn measures(experiment: &Experiment, found: &ExperimentResults) -> Option<String> {
+    let each = experiment.measures.iter().map(|output| {
+        let (name, docs) = (code(&output.name), prose(&output.docs));
+        let amount = amount(&found.measures[&output.name]);
+        format!("<tr><th scope=\"row\">{name}</th><td>{amount}</td><td>{docs}</td></tr>\n")
+    });
+    let each: String = each.collect();
+    (!each.is_empty()).then(|| {
+        format!("<details><summary>Measures</summary><table class=\"facts\"><tbody>\n{each}</tbody></table></details>")
+    })
+}
+
+/// What a measure amounts to.
+fn amount(measure: &Measure) -> String {
+    if let [one] = measure.values[..] {
+        return number(one);
+    }
+    let known = measure.values.iter().copied().filter(|x| !x.is_nan());
+    let ends = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
+    let ends = ends.map_or_else(String::new, |(low, high)| {
+        format!(" from {} to {}", number(low), number(high))
+    });
+    let over: Vec<String> = measure.dims.iter().map(|dim| code(&dim.name)).collect();
+    format!("{} numbers{ends} over {}", measure.values.len(), over.join(", "))
+}
+
+/// Parameters and axes.
+fn settings(spec: &Spec, experiment: &Experiment) -> Option<String> {
+    let param = |of: &str, Param { name, docs, value, by }: &Param| {
+        format!(
+            "<tr><th scope=\"row\"><code>{}{}</code></th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            escape(of),
+            escape(name),
+            code(&value.to_string()),
+            escape(by),
+            prose(docs)
+        )
+    };
+    let own = experiment.params.iter().map(|p| param("", p));
+    let shared = spec.params.iter().map(|p| param("", p));
+    let params: String = own.chain(shared).collect();
+    let axes = experiment.axes.iter().map(|declared| {
+        let axis = spec.axis(declared.axis);
+        let labels: Vec<String> = axis.coords.iter().map(|coord| code(&coord.label)).collect();
+        let labels = match &labels[..] {
+            [first, .., last] if labels.len() > LABELS => {
+                format!("{} from {first} to {last}", labels.len())
+            }
+            all => all.join(", "),
+        };
+        let docs = prose(&declared.docs);
+        format!(
+            "<tr><th scope=\"row\">axis {}</th><td colspan=\"2\">{labels}</td><td>{docs}</td></tr>\n",
+            code(&axis.name)
+        )
+    });
+    let rows = params + &axes.collect::<String>();
+    (!rows.is_empty()).then(|| {
+        format!(
+            "<details><summary>Parameters and axes</summary><table class=\"facts\"><thead><tr><th scope=\"col\">name</th>\
+             <th scope=\"col\">value</th><th scope=\"col\">set by</th><th></th></tr></thead>\
+             <tbody>\n{rows}</tbody></table></details>"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_drawings_stand_in_the_page() {
+        assert!(drawing("a", "<svg></svg>").contains("<svg></svg>"));
+        let hostile = drawing("<b>", "<svg><script>alert(1)</script></svg>");
+        assert!(
+            !hostile.contains("<script") && hostile.contains("figures/&lt;b&gt;.svg"),
+            "{hostile}"
+        );
+    }
+}

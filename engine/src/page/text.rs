@@ -1,0 +1,120 @@
+//! Text inside HTML.
+
+use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd, html};
+
+/// The text with what HTML reserves written out. Controls, those of writing direction among them, show as
+/// what they are.
+pub(super) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            '\n' | '\t' => out.push(c),
+            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => out.extend(c.escape_default()),
+            c if c.is_control() => out.extend(c.escape_default()),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// What is not prose.
+pub(super) fn code(text: &str) -> String {
+    format!("<code>{}</code>", escape(text))
+}
+
+/// Prose as its author wrote it, in Markdown: HTML in it is text, pictures are the words for them, and it links
+/// only to the web.
+pub(super) fn prose(markdown: &str) -> String {
+    let events = Parser::new_ext(markdown, Options::ENABLE_TABLES | Options::ENABLE_STRIKETHROUGH);
+    let events = events.filter(|event| {
+        let is_picture =
+            matches!(event, Event::Start(Tag::Image { .. }) | Event::End(TagEnd::Image));
+        !is_picture
+    });
+    let events = events.map(|event| match event {
+        Event::Html(text) | Event::InlineHtml(text) => Event::Text(text),
+        Event::Start(Tag::Link { link_type, dest_url, title, id }) => {
+            Event::Start(Tag::Link { link_type, dest_url: to_the_web(dest_url), title, id })
+        }
+        // The page has headings of its own above.
+        Event::Start(Tag::Heading { .. }) => Event::Start(Tag::Paragraph),
+        Event::End(TagEnd::Heading(_)) => Event::End(TagEnd::Paragraph),
+        other => other,
+    });
+    let mut out = String::new();
+    html::push_html(&mut out, events);
+    out
+}
+
+fn to_the_web(url: CowStr<'_>) -> CowStr<'_> {
+    let known = ["https://", "http://", "#"].iter().any(|start| url.starts_with(start));
+    if known { url } else { CowStr::Borrowed("#") }
+}
+
+/// A duration.
+pub(super) fn seconds(s: f64) -> String {
+    match s {
+        _ if s < 0.0005 => "under 1 ms".to_owned(),
+        _ if s < 1.0 => format!("{:.0} ms", s * 1000.0),
+        _ if s < 100.0 => format!("{s:.1} s"),
+        _ => format!("{:.0} min", s / 60.0),
+    }
+}
+
+/// A number with four digits that count.
+pub(super) fn number(x: f64) -> String {
+    let size = x.abs();
+    let text = match size {
+        _ if x == 0.0 => "0".to_owned(),
+        _ if !x.is_finite() => "n/a".to_owned(),
+        _ if !(1e-4..1e7).contains(&size) => format!("{x:.3e}"),
+        _ if size >= 1000.0 => format!("{x:.0}"),
+        _ if size >= 100.0 => format!("{x:.1}"),
+        _ if size >= 10.0 => format!("{x:.2}"),
+        _ if size >= 1.0 => format!("{x:.3}"),
+        _ => format!("{x:.4}"),
+    };
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_in_prose_acts() {
+        let found = prose(
+            "# Title\n<script>alert(1)</script>\n\n*a* <img src=x onerror=y> [b](javascript:c) \
+             [d](https://e.org) ![f](https://g.org/h.png)",
+        );
+        assert!(!found.contains("<script") && !found.contains("<img src=x"), "{found}");
+        assert!(!found.contains("javascript") && !found.contains("h.png"), "{found}");
+        assert!(!found.contains("<h1>"), "{found}");
+        for kept in ["<em>a</em>", "&lt;script&gt;", "href=\"https://e.org\""] {
+            assert!(found.contains(kept), "{kept} in {found}");
+        }
+    }
+
+    #[test]
+    fn text_is_text() {
+        let found = escape("<a href='x' \"y\">&\u{1b}\u{202e}\n");
+        assert_eq!(found, "&lt;a href=&#39;x&#39; &quot;y&quot;&gt;&amp;\\u{1b}\\u{202e}\n");
+    }
+
+    #[test]
+    fn numbers_and_times_are_short() {
+        assert_eq!(
+            [0.0, -0.25, 1.5, 123.456, 1e9].map(number),
+            ["0", "−0.2500", "1.500", "123.5", "1.000e9"]
+        );
+        assert_eq!(
+            [0.0, 0.25, 12.34, 600.0].map(seconds),
+            ["under 1 ms", "250 ms", "12.3 s", "10 min"]
+        );
+    }
+}
