@@ -46,6 +46,8 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("ctrlc", "cli/src/main.rs"),
         ("indicatif", "cli/src/progress.rs"),
         ("miniz_oxide", "library/src/command/npz.rs"),
+        ("arrow_array", "cli/src/command/export/parquet.rs"),
+        ("parquet", "cli/src/command/export"),
         ("petgraph", "engine/src/"),
         ("rayon", "engine/src/"),
         ("rustix", "library/src/command/process.rs"),

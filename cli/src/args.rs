@@ -293,7 +293,7 @@ pub(crate) struct Exported {
     /// it.
     #[arg(value_name = "NAME")]
     pub(crate) name: Option<String>,
-    /// The file; its name ends in `.csv` or `.json` for measures, in `.npz` or `.safetensors` for a node.
+    /// The file; its name ends in `.csv`, `.json` or `.parquet` for measures, in `.npz` or `.safetensors` for a node.
     #[arg(long, value_name = "FILE")]
     pub(crate) to: PathBuf,
 }

@@ -40,6 +40,15 @@ print(json.dumps({
 }))
 "#;
 
+/// Compares the columns of `all.parquet` and `all.csv`.
+#[cfg(feature = "parquet")]
+const COLUMNS: &str = r#"
+import pandas as pd
+columns, lines = pd.read_parquet("all.parquet"), pd.read_csv("all.csv")
+pd.testing.assert_frame_equal(columns, lines, check_exact=True, check_dtype=False)
+print(*columns.degree.isna().map(int), columns.dtypes["seed"], columns.dtypes["value"])
+"#;
+
 fn project() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("temporary folders can be made");
     fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
@@ -66,6 +75,18 @@ fn refused(folder: &Path, args: &[&str], why: &str) {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains(why), "{said}");
+}
+
+/// A Python with these modules: that of the variable `PYTHON`, or `python3`.
+fn python(modules: &str) -> Option<OsString> {
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| OsString::from("python3"));
+    let needs = ["-c", &format!("import {modules}")];
+    if Command::new(&python).args(needs).output().is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    let why = format!("skipped: Python has not all of {modules}, so what it reads is not tried\n");
+    std::io::Write::write_all(&mut std::io::stdout(), why.as_bytes()).expect("tests can speak");
+    None
 }
 
 #[test]
@@ -100,13 +121,7 @@ fn measures_and_nodes_are_exported_and_python_reads_them() {
     refused(folder, &["results/small", "small/eror", "--to", "m.csv"], "small/error");
     refused(folder, &["results/small", "--to", "m.txt"], "says nothing of its format");
 
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| OsString::from("python3"));
-    let needs = ["-c", "import numpy, pandas, safetensors.numpy"];
-    if !Command::new(&python).args(needs).output().is_ok_and(|output| output.status.success()) {
-        let why = "Python has no numpy, pandas or safetensors: what it reads is not tried\n";
-        std::io::Write::write_all(&mut std::io::stdout(), why.as_bytes()).unwrap();
-        return;
-    }
+    let Some(python) = python("numpy, pandas, safetensors.numpy") else { return };
     let output = Command::new(&python).args(["-c", SCRIPT]).current_dir(folder).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -122,4 +137,35 @@ fn measures_and_nodes_are_exported_and_python_reads_them() {
     let layers = r#"{"0.bias": ["float32", [3]], "0.weight": ["float32", [1, 3]],
                      "1.bias": ["float32", [1]], "1.weight": ["float32", [3, 1]]}"#;
     assert_eq!(told["model"], json(layers));
+}
+
+#[test]
+#[cfg(feature = "parquet")]
+fn pandas_reads_the_same_from_parquet_as_from_csv() {
+    let folder = project();
+    let folder = folder.path();
+    assert!(ivx(folder, &["exec", "small.ivx"]).status.success());
+    exported(folder, "results/small", &[], "all.csv");
+    let bytes = exported(folder, "results/small", &[], "all.parquet");
+    assert_eq!(bytes, exported(folder, "results/small", &[], "again.parquet"));
+    assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+
+    if let Some(python) = python("pandas, pyarrow") {
+        let read =
+            Command::new(&python).args(["-c", COLUMNS]).current_dir(folder).output().unwrap();
+        let said = String::from_utf8_lossy(&read.stderr);
+        assert_eq!(
+            String::from_utf8_lossy(&read.stdout),
+            "1 1 1 1 1 1 0 0 0 0 float64 float64\n",
+            "{said}"
+        );
+    }
+}
+
+#[test]
+#[cfg(not(feature = "parquet"))]
+fn who_wants_parquet_is_told_how_to_get_it() {
+    let folder = project();
+    assert!(ivx(folder.path(), &["exec", "small.ivx"]).status.success());
+    refused(folder.path(), &["results/small", "--to", "m.parquet"], "--features parquet");
 }

@@ -1,11 +1,14 @@
 //! `ivx export`
 
+#[cfg(feature = "parquet")]
+mod parquet;
+
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use ivx_cache::{Cache, Fetched};
-use ivx_engine::{Results, consult, expand, platform, record_of, tidy};
+use ivx_engine::{Results, Tidy, consult, expand, platform, record_of, tidy};
 use ivx_grammar::suggest;
 use ivx_library::command::npz;
 use ivx_op::read_tensors;
@@ -23,15 +26,15 @@ pub(crate) fn export(
     let kind = args.to.extension().and_then(|kind| kind.to_str()).unwrap_or_default();
     let path = &args.spec.path;
     let bytes = match kind {
-        "csv" | "json" if path.extension().is_some_and(|kind| kind == "ivx") => {
+        "csv" | "json" | "parquet" if path.extension().is_some_and(|kind| kind == "ivx") => {
             let why = "measures are exported from results: `ivx export results/NAME --to ..`";
             writeln!(err, "error: {why}")?;
             None
         }
-        "csv" | "json" => measures(&diff::results(path)?, args, kind, err)?,
+        "csv" | "json" | "parquet" => measures(&diff::results(path)?, args, kind, err)?,
         "npz" | "safetensors" => node(args, kind, err)?,
         _ => {
-            let why = "name it `.csv` or `.json` for measures, `.npz` or `.safetensors` for a node";
+            let why = "name it `.csv`, `.json` or `.parquet` for measures, `.npz` or `.safetensors` for a node";
             writeln!(err, "error: {} says nothing of its format: {why}", args.to.display())?;
             None
         }
@@ -59,8 +62,29 @@ fn measures(
         writeln!(err, "error: no measure is called `{name}`: {help}")?;
         return Ok(None);
     }
-    let text = if kind == "csv" { rows.to_csv() } else { rows.to_json() };
-    Ok(Some(text.into_bytes()))
+    match kind {
+        "csv" => Ok(Some(rows.to_csv().into_bytes())),
+        "json" => Ok(Some(rows.to_json().into_bytes())),
+        _ => columns(&rows, err),
+    }
+}
+
+#[cfg(feature = "parquet")]
+fn columns(rows: &Tidy, err: &mut dyn Write) -> Result<Option<Vec<u8>>, Trouble> {
+    match parquet::parquet(rows) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(why) => {
+            writeln!(err, "error: {why}")?;
+            Ok(None)
+        }
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+fn columns(_: &Tidy, err: &mut dyn Write) -> Result<Option<Vec<u8>>, Trouble> {
+    let how = "`cargo install --path cli --features parquet`";
+    writeln!(err, "error: this `ivx` was built without Parquet: {how} builds one with it")?;
+    Ok(None)
 }
 
 /// The bytes of a node's result in a format.
