@@ -13,7 +13,7 @@ declare! {
     ///
     /// Without `y`, the labels of `x` are laid out as the places of a grid, row after row from the top. A
     /// cell whose value is not finite is crossed out.
-    pub struct Heatmap = "heatmap" @ 1 -> Figure {
+    pub struct Heatmap = "heatmap" @ 2 -> Figure {
         /// What the colours say.
         z: Everything<Array>;
         /// The axis along the bottom; alone, the places of a grid.
@@ -159,11 +159,11 @@ fn share(x: f64, ends: Option<(f64, f64)>) -> f64 {
     }
 }
 
-/// The number with three digits that count.
+/// The number with three digits that count, and no more where it is whole.
 fn short(x: f64) -> String {
     let size = x.abs();
     let text = match size {
-        _ if x == 0.0 => "0".to_owned(),
+        _ if x.fract() == 0.0 && size < 1e5 => format!("{:.0}", x + 0.0),
         _ if !x.is_finite() => "n/a".to_owned(),
         _ if !(1e-3..1e5).contains(&size) => format!("{x:.1e}"),
         _ if size >= 100.0 => format!("{x:.0}"),
@@ -210,8 +210,7 @@ mod tests {
         assert_eq!(places[..3], [(0.0, 1.0, 0.0), (1.0, 1.0, 0.5), (0.0, 0.0, 1.0)]);
         assert!(places[3].2.is_nan());
         let found = svg(&map);
-        for text in ["<title>1: 1.00</title>", "<title>3: n/a</title>", ">state<", ">y<", ">2.00<"]
-        {
+        for text in ["<title>1: 1</title>", "<title>3: n/a</title>", ">state<", ">y<", ">2<"] {
             assert!(found.contains(text), "{text} in {found}");
         }
     }
@@ -221,7 +220,7 @@ mod tests {
         let dims = [("kind", &["IVE", "EVE"][..]), STATES];
         let z = || value(&dims, &[0.0, 1.0, 2.0, 3.0, 5.0, 5.0, 5.0, 5.0]);
         let shared = svg(&heatmap(z(), &[], &["kind"], "shared"));
-        assert!(shared.contains(">5.00<") && shared.contains(">IVE<") && shared.contains(">EVE<"));
+        assert!(shared.contains(">5<") && shared.contains(">IVE<") && shared.contains(">EVE<"));
         let own = svg(&heatmap(z(), &[], &["kind"], "panel"));
         assert!(own.contains(">highest<"));
         // The four equal values have the first colour, and so has the lowest of the others.
@@ -245,7 +244,7 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        let found = [0.0, -0.0123, 1.0, 12.34, 54_321.0, 1e7, 1e-7].map(short);
-        assert_eq!(found, ["0", "−0.012", "1.00", "12.3", "54321", "1.0e7", "1.0e−7"]);
+        let found = [-0.0, -0.0123, -1.0, 1.5, 12.34, 54_321.0, 1e7, 1e-7].map(short);
+        assert_eq!(found, ["0", "−0.012", "−1", "1.50", "12.3", "54321", "1.0e7", "1.0e−7"]);
     }
 }
