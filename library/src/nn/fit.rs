@@ -1,18 +1,16 @@
 //! Training networks.
 
-use std::collections::BTreeMap;
-
-use ivx_op::{Ctx, Data, Tensors};
-use rand::seq::SliceRandom as _;
+use ivx_op::Ctx;
 use rand_chacha::ChaCha8Rng;
 
-use super::graph::Graph;
+use super::descend::{Descent, Turns, descend};
+use super::graph::{Graph, Var};
 use super::loss::Loss;
 use super::module::{Mode, batch};
 use super::network::{PRIOR, load, outputs, singles};
-use super::optim::{Moments, Pull};
-use super::optimiser::{Optimiser, Step};
-use super::params::{ParamId, Params};
+use super::optim::Pull;
+use super::optimiser::Optimiser;
+use super::params::ParamId;
 use crate::artifact::{Dataset, NetModel};
 
 /// How a network is trained.
@@ -45,19 +43,15 @@ pub struct Training<'a> {
 #[must_use]
 pub fn fit(mut net: NetModel, data: &Dataset, how: &Training<'_>, ctx: &Ctx) -> NetModel {
     let (graph, params) = load(&net, "");
-    let mut moments = graph.params().moments();
     let mut batches = Batches::new(&net, data, how.batch);
     let mut dropout = ctx.rng("dropout", &[]);
-    let state = ctx.resume().and_then(|bytes| restore(&bytes, &mut graph.params(), &mut moments));
-    for t in state.unwrap_or(0)..how.steps {
-        ctx.checkpoint(|| keep(t, &graph.params(), &moments));
+    let descent = Descent { optimiser: how.optimiser, pull: how.pull, steps: how.steps };
+    descend(&graph, &descent, ctx, |graph, t| {
         batches.turn(t, ctx);
         dropout.set_stream(t);
         dropout.set_word_pos(0);
-        backward(&graph, &params, (&net, how.loss), &batches, &mut dropout);
-        let step = Step { t, total: how.steps, pull: how.pull };
-        how.optimiser.step(&step, &mut graph.params(), &mut moments);
-    }
+        objective(graph, &params, (&net, how.loss), &batches, &mut dropout)
+    });
     for param in graph.params().arrays() {
         let found = net.params.iter_mut().find(|(name, ..)| *name == param.name);
         let (.., values) = found.expect("networks have an array for every layer");
@@ -66,26 +60,22 @@ pub fn fit(mut net: NetModel, data: &Dataset, how: &Training<'_>, ctx: &Ctx) -> 
     net
 }
 
-/// Leaves the gradients of the loss of a batch in the parameters; returns the loss.
-fn backward(
+/// The loss of the batch at hand.
+fn objective(
     graph: &Graph<f32>,
     params: &[ParamId],
     (net, loss): (&NetModel, &dyn Loss),
     batches: &Batches,
     dropout: &mut ChaCha8Rng,
-) -> f32 {
-    graph.begin();
+) -> Var {
     let (input, target) = (&net.form.input[..], &net.form.target[..]);
-    let (x, y) = (&batches.x.shown, &batches.y.shown);
     let n = batches.shown;
-    let x = graph.input(batch(n, input), x);
+    let x = graph.input(batch(n, input), &batches.x.shown);
     let mut f = net.module.pass(graph, params, (x, input), &mut Mode::Train(dropout));
     if !batches.prior.shown.is_empty() {
         f = graph.add(f, graph.input(graph.shape(f), &batches.prior.shown));
     }
-    let loss = loss.of(graph, &net.form, f, graph.input(batch(n, target), y));
-    graph.backward(loss);
-    graph.scalar(loss)
+    loss.of(graph, &net.form, f, graph.input(batch(n, target), &batches.y.shown))
 }
 
 /// Observations in single precision, and those of the batch at hand.
@@ -96,8 +86,8 @@ struct Batches {
     prior: Column,
     /// How many are shown at a time.
     shown: usize,
-    /// The order of this pass through the data, and which pass it is; none where all are shown.
-    order: Option<(Vec<usize>, Option<u64>)>,
+    /// Which those are; none where all are shown.
+    turns: Option<Turns>,
 }
 
 /// Numbers of every observation, and those that are shown.
@@ -110,9 +100,10 @@ struct Column {
 impl Batches {
     fn new(net: &NetModel, data: &Dataset, size: usize) -> Self {
         let n = data.len();
-        let whole = size == 0 || n <= size;
+        let turns = Turns::new(n, size);
         let column = |all: Vec<f32>| {
-            let (width, shown) = (all.len() / n, if whole { all.clone() } else { Vec::new() });
+            let (width, shown) =
+                (all.len() / n, if turns.is_none() { all.clone() } else { Vec::new() });
             Column { all, width, shown }
         };
         let x = singles(&data.x);
@@ -126,67 +117,22 @@ impl Batches {
             y: column(singles(&data.y)),
             prior: column(prior),
             x: column(x),
-            shown: if whole { n } else { size },
-            order: (!whole).then(|| ((0..n).collect(), None)),
+            shown: if turns.is_none() { n } else { size },
+            turns,
         }
     }
 
     /// Shows the batch of step `t`.
     fn turn(&mut self, t: u64, ctx: &Ctx) {
-        let Some((order, of)) = &mut self.order else { return };
-        let in_a_pass = (order.len() / self.shown) as u64;
-        let (pass, place) = (t / in_a_pass, t % in_a_pass);
-        if *of != Some(pass) {
-            order.sort_unstable();
-            order.shuffle(&mut ctx.rng("batches", &[&pass.to_string()]));
-            *of = Some(pass);
-        }
-        let from = usize::try_from(place).expect("below the number of data") * self.shown;
+        let Some(turns) = &mut self.turns else { return };
+        let items = turns.turn(t, ctx);
         for column in [&mut self.x, &mut self.y, &mut self.prior] {
             column.shown.clear();
-            for &i in &order[from..from + self.shown] {
+            for &i in items {
                 column.shown.extend(&column.all[i * column.width..][..column.width]);
             }
         }
     }
-}
-
-/// The kind of a training that is not done.
-const UNFINISHED: &str = "Unfinished";
-
-/// A training before step `t`, as bytes.
-fn keep(t: u64, params: &Params<f32>, moments: &[Moments<f32>]) -> Vec<u8> {
-    let mut arrays = BTreeMap::new();
-    let mut put = |name: String, values: &[f32]| {
-        arrays.insert(name, Data::F32(vec![values.len()], values.to_vec()));
-    };
-    for (param, moments) in params.arrays().iter().zip(moments) {
-        put(param.name.clone(), &param.value);
-        put(format!("{}.first", param.name), &moments.first);
-        put(format!("{}.second", param.name), &moments.second);
-    }
-    Tensors { arrays }.encode(UNFINISHED, &t)
-}
-
-/// The step that a training goes on with; `None`, and nothing changed, if the bytes are not of one
-/// of these parameters.
-fn restore(bytes: &[u8], params: &mut Params<f32>, moments: &mut [Moments<f32>]) -> Option<u64> {
-    let (mut tensors, t): (_, u64) = Tensors::decode(UNFINISHED, bytes)?;
-    let mut take = |name: String, n: usize| {
-        tensors.f32(&name).map(|(_, values)| values).filter(|values| values.len() == n)
-    };
-    let mut read = Vec::new();
-    for (param, moments) in params.arrays().iter().zip(&*moments) {
-        let first = take(format!("{}.first", param.name), moments.first.len())?;
-        let second = take(format!("{}.second", param.name), moments.second.len())?;
-        read.push((take(param.name.clone(), param.value.len())?, Moments { first, second }));
-    }
-    for ((value, kept), (param, moments)) in read.into_iter().zip(params.values_mut().zip(moments))
-    {
-        param.copy_from_slice(&value);
-        *moments = kept;
-    }
-    Some(t)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 mod activation;
 mod clip;
 mod curve;
+mod descend;
 mod fit;
 mod graph;
 mod loss;
@@ -27,6 +28,7 @@ mod thin;
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
 pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
+pub use descend::{Descent, Turns, descend};
 pub use fit::{Training, fit};
 pub use graph::{Graph, Shape, Var};
 pub use loss::{Loss, Squared};

@@ -68,7 +68,10 @@ fn gradients(net: &NetModel, loss: &dyn Loss, data: &Dataset) -> (f32, Vec<(Stri
     let (graph, params) = load(net, "");
     let batches = Batches::new(net, data, 0);
     let mut dropout = Ctx::new("train", 0, None).rng("dropout", &[]);
-    let value = backward(&graph, &params, (net, loss), &batches, &mut dropout);
+    graph.begin();
+    let value = objective(&graph, &params, (net, loss), &batches, &mut dropout);
+    graph.backward(value);
+    let value = graph.scalar(value);
     let held = graph.params();
     let named =
         held.arrays().iter().zip(held.ids()).filter_map(|(param, id)| {
