@@ -24,6 +24,7 @@ mod real;
 mod schedule;
 mod target;
 mod thin;
+mod world;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
 pub use clip::{ClipNorm, ClipValue};
@@ -41,6 +42,9 @@ pub use params::{Param, ParamId, Params};
 pub use real::Real;
 pub use schedule::{Constant, Cosine, Linear, Schedule, WarmUp};
 pub use target::Follow;
+pub use world::{
+    Body, Heads, Latent, Paths, Transitions, Unrolled, partial_losses, reconstruction_losses,
+};
 
 use ivx_op::Registry;
 

@@ -12,3 +12,4 @@ mod optim;
 mod statistics;
 mod tabular;
 mod targets;
+mod worlds;

@@ -218,22 +218,24 @@ fn rescaled(case: &Case, path: &[&str]) -> Option<Value> {
 
 /// rlax adds `1e-5` to what it divides the distance to the upper bin by, so that its distributions miss
 /// their numbers a little. Ours do not, and are brought to theirs here.
+pub(crate) fn two_hot_as_rlax(bins: Bins, x: f64) -> Vec<f64> {
+    let width = (bins.high - bins.low) / real(bins.n - 1);
+    let mut probs = bins.two_hot(x);
+    let lower = probs.iter().position(|p| *p > 0.0).expect("somewhere");
+    if probs[lower] < 1.0 {
+        probs[lower] *= width / (width + 1e-5);
+        probs[lower + 1] = 1.0 - probs[lower];
+    }
+    probs
+}
+
 fn in_bins(case: &Case, path: &[&str]) -> Option<Value> {
     let inputs = &case.inputs;
     let (low, high) = (number(&inputs["min"]), number(&inputs["max"]));
     let n = place(number(&inputs["num_bins"]));
     let bins = Bins { low, high, n };
-    let width = (high - low) / real(n - 1);
-    let theirs = |x: &f64| {
-        let mut probs = bins.two_hot(*x);
-        let lower = probs.iter().position(|p| *p > 0.0).expect("somewhere");
-        if probs[lower] < 1.0 {
-            probs[lower] *= width / (width + 1e-5);
-            probs[lower + 1] = 1.0 - probs[lower];
-        }
-        probs
-    };
-    let probs: Vec<Vec<f64>> = numbers(&inputs["scalars"]).iter().map(theirs).collect();
+    let probs: Vec<Vec<f64>> =
+        numbers(&inputs["scalars"]).iter().map(|x| two_hot_as_rlax(bins, *x)).collect();
     match path {
         ["probs"] => Some(json!(probs)),
         ["decoded"] => Some(json!(probs.iter().map(|p| bins.mean(p)).collect::<Vec<f64>>())),
