@@ -8,6 +8,7 @@ mod estimate;
 mod policy;
 mod policy_gradient;
 mod q_ensemble;
+mod world;
 
 use ivx_op::Registry;
 
@@ -19,10 +20,11 @@ pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};
 pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};
+pub use world::{LatentStates, ModelErrors, PartialModel, ReconstructionModel, UnrolledErrors};
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
-    registry
+    world::register(registry)
         .parts(estimate::estimators())
         .parts(control::bootstraps())
         .parts(policy_gradient::critics())

@@ -6,6 +6,7 @@ mod model;
 mod outputs;
 mod posterior;
 mod rollouts;
+mod world_model;
 
 pub use dataset::{Dataset, Form};
 pub use decision::Decision;
@@ -13,3 +14,4 @@ pub use model::{Head, Model, NetModel};
 pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;
 pub use rollouts::{Episode, Rollouts};
+pub use world_model::{Layout, WorldModel};

@@ -6,6 +6,7 @@
 )]
 
 mod activation;
+mod bodies;
 mod clip;
 mod curve;
 mod descend;
@@ -27,6 +28,7 @@ mod thin;
 mod world;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
+pub use bodies::{Bodies, drawn, learned};
 pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
 pub use descend::{Descent, Turns, descend};

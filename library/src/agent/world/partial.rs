@@ -1,0 +1,64 @@
+//! World models that predict values and policies.
+
+use ivx_op::{Array, Ctx, One, Op, OpError, Part, declare};
+
+use super::{Windows, checked, table, untrained};
+use crate::artifact::{Rollouts, WorldModel};
+use crate::nn::optim::Pull;
+use crate::nn::{self, Bodies, Descent, Heads, Net, Optimiser, Turns, partial_losses};
+
+declare! {
+    /// A latent world model that predicts values, policies and rewards along its own steps (Eqn. 2.55, Example
+    /// 2.7), and never rebuilds a state.
+    ///
+    /// It learns from all paths of `unroll` steps within the episodes. Values and rewards have squared errors,
+    /// policies cross-entropies. Latent states lie between −1 and 1.
+    pub struct PartialModel = "partial_model" @ 1, stochastic -> WorldModel {
+        /// The episodes.
+        from: One<Rollouts>;
+        /// What each state is thought to be worth.
+        value: One<Array>;
+        /// The probability of each action in each state.
+        policy: One<Array>;
+        /// How many steps `K` it is unrolled.
+        unroll: usize = 5, in 1.0..=1e3, unit "steps";
+        /// How many numbers a latent state has.
+        latent: usize = 8, in 1.0..=1e4;
+        /// The layers of each network, up to its last linear map.
+        net: Box<dyn Net> = Part::new("mlp").with("hidden", vec![32_i64]);
+        /// Whether its own steps weigh `1/K` and halve the gradient that goes through them (Schrittwieser et al.,
+        /// 2020).
+        scaled: bool = false;
+        /// How the loss is lowered.
+        optimiser: Box<dyn Optimiser> = Part::new("adam")
+            .with("lr", Part::new("constant").with("value", 3e-3));
+        /// How many paths an update looks at; 0 for all.
+        batch: usize = 64, in 0.0..;
+        /// How many updates.
+        steps: u64 = 1000, in 0.0..;
+    }
+}
+
+impl Op for PartialModel {
+    fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
+        let targets =
+            (table(&self.value, &self.from, false)?, table(&self.policy, &self.from, true)?);
+        let mut model =
+            untrained(&self.from, (&*self.net, self.latent), &["value", "policy"], ctx)?;
+        let (graph, nets) = Bodies::of(&model);
+        let heads = Heads { value: nets.body("value"), policy: nets.body("policy") };
+        let windows = Windows::new(&self.from, self.unroll)?;
+        let mut turns = Turns::new(windows.starts.len(), self.batch);
+        let all: Vec<usize> = (0..windows.starts.len()).collect();
+        let how = Descent { optimiser: &*self.optimiser, pull: Pull::NONE, steps: self.steps };
+        nn::descend(&graph, &how, ctx, |graph, t| {
+            let places = turns.as_mut().map_or(&all[..], |turns| turns.turn(t, ctx));
+            let paths = windows.paths(graph, places, targets);
+            let losses = partial_losses(graph, &nets.latent(), &heads, &paths, self.scaled);
+            let each = losses.value.into_iter().chain(losses.policy).chain(losses.reward);
+            each.reduce(|a, b| graph.add(a, b)).expect("a path has a state")
+        });
+        nn::learned(&graph, &mut model);
+        checked(model, self.steps)
+    }
+}
