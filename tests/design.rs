@@ -58,7 +58,7 @@ macro_rules! families {
 }
 
 families! {
-    World = "World", worlds [Town01, Scene, Gridworld];
+    World = "World", worlds [Town01, Scene, Cells];
     Expert = "Expert", experts [Autopilot];
     Adaptive = "Adaptive", adaptives [AdaRip];
     NetToCome = "Net", nets [Imitative];
@@ -88,7 +88,7 @@ declare! {
 
 declare! {
     /// Five by five states with wind.
-    struct Gridworld = "gridworld" @ 1 {
+    struct Cells = "cells" @ 1 {
         /// How likely the wind moves the agent.
         wind: f64 = 0.0, in 0.0..=1.0;
     }

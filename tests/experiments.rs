@@ -52,6 +52,12 @@ fn the_thesis_runs_at_its_smallest() {
         "value_learning.episodes=20",
         "value_ensemble.seeds=2",
         "value_ensemble.passes=5",
+        "world_model.seeds=2",
+        "world_model.walks=40",
+        "world_model.steps=3",
+        "gridworld.epochs=1",
+        "disagreement.seeds=2",
+        "novelty.seeds=2",
     ];
     let sets: Vec<&str> = smallest.iter().flat_map(|set| ["--set", set]).collect();
     let executed = project.executed("thesis.ivx", &sets);
@@ -60,8 +66,10 @@ fn the_thesis_runs_at_its_smallest() {
     let results = project.read("results/thesis/results.ron");
     // The two tables of Example 2.1 do not depend on sizes.
     assert!(results.contains("2.2a: risk-averse agents go LEFT"));
-    for figure in ["2.1", "2.4a", "2.4b", "2.4c", "2.5a", "2.5b", "2.5c", "2.5d", "2.10a", "2.10b"]
-    {
+    for figure in [
+        "2.1", "2.3", "2.4a", "2.4b", "2.4c", "2.5a", "2.5b", "2.5c", "2.5d", "2.10a", "2.10b",
+        "5.6", "5.8a", "5.8b",
+    ] {
         assert!(
             project.read(&format!("results/thesis/figures/{figure}.svg")).starts_with("<svg"),
             "{figure}"
@@ -108,7 +116,7 @@ fn the_tables_of_example_2_1_are_as_published() {
 
 fn specs() -> Vec<(String, String)> {
     let mut specs = Vec::new();
-    for folder in ["", "ch2"] {
+    for folder in ["", "ch2", "ch5"] {
         for entry in fs::read_dir(root().join(folder)).expect("experiments are there").flatten() {
             let path = entry.path();
             if path.is_file() {

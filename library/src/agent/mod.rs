@@ -5,9 +5,13 @@ mod cloned;
 mod control;
 mod dynamic;
 mod estimate;
+mod implicit;
 mod policy;
 mod policy_gradient;
 mod q_ensemble;
+mod reach;
+mod tabular;
+mod without;
 mod world;
 
 use ivx_op::Registry;
@@ -17,9 +21,13 @@ pub use cloned::ClonedPolicy;
 pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
 pub use dynamic::{PolicyValues, ValueIteration};
 pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
+pub use implicit::{ImplicitActionValues, ImplicitOptimalValues, ImplicitValues, SampledValues};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};
 pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};
+pub use reach::Reach;
+pub use tabular::{TabularModel, TabularRewards, TabularValues};
+pub use without::WithoutStates;
 pub use world::{LatentStates, ModelErrors, PartialModel, ReconstructionModel, UnrolledErrors};
 
 /// Adds what this folder declares.
@@ -43,4 +51,13 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<PolicyGradient>()
         .op::<QEnsemble>()
         .op::<EnsemblePolicy>()
+        .op::<WithoutStates>()
+        .op::<TabularValues>()
+        .op::<TabularModel>()
+        .op::<TabularRewards>()
+        .op::<ImplicitValues>()
+        .op::<ImplicitOptimalValues>()
+        .op::<ImplicitActionValues>()
+        .op::<SampledValues>()
+        .op::<Reach>()
 }

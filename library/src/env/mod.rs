@@ -9,6 +9,7 @@ mod glyphs;
 mod goal_world;
 mod grid;
 mod grids;
+mod gridworld;
 mod interval;
 mod intervals;
 mod lottery;
@@ -35,6 +36,7 @@ pub use glyphs::Glyphs;
 pub use goal_world::GoalWorld;
 pub use grid::Grid;
 pub use grids::Grids;
+pub use gridworld::Gridworld;
 pub use interval::Interval;
 pub use intervals::Intervals;
 pub use lottery::Discrete;
@@ -134,7 +136,7 @@ tables! {
     regions: Region = "Region" { Interval, Intervals }
     places: Points = "Points" { Grid, Grids }
     tasks: Task = "Task" { Copying, Glyphs }
-    envs: Env = "Env" { Chain, GoalWorld }
+    envs: Env = "Env" { Chain, GoalWorld, Gridworld }
 }
 
 /// Values at places, over the dimension `x`.

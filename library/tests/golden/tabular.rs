@@ -1,6 +1,6 @@
 //! Learning with a number for everything in a square of 5 × 5 cells, and where policies lead in it.
 
-use ivx_library::math::bellman::Model;
+use ivx_library::env::{Env as _, Gridworld};
 use ivx_library::math::markov_chain::{hits, induced, occupancy};
 use ivx_library::math::moments::real;
 use ivx_library::math::tabular::{
@@ -27,36 +27,11 @@ fn place(x: f64) -> usize {
     (0..1000).find(|i| real(*i) == x).expect("a whole number")
 }
 
-/// Transitions of the square: north, west, south and east, held back by walls; with the wind's
-/// probability, an even draw of the four replaces the action.
-fn windy(n: usize, wind: f64) -> Vec<f64> {
-    let mut transitions = vec![0.0; n * n * 4 * n * n];
-    for s in 0..n * n {
-        let (row, column) = (s / n, s % n);
-        let leads = [
-            row.saturating_sub(1) * n + column,
-            row * n + column.saturating_sub(1),
-            (row + 1).min(n - 1) * n + column,
-            row * n + (column + 1).min(n - 1),
-        ];
-        for a in 0..4 {
-            let next = &mut transitions[(s * 4 + a) * n * n..][..n * n];
-            next[leads[a]] += 1.0 - wind;
-            for to in leads {
-                next[to] += wind / 4.0;
-            }
-        }
-    }
-    transitions
-}
-
 fn reached(case: &Case, path: &[&str]) -> Option<Value> {
     let inputs = &case.inputs;
     let n = place(number(&inputs["n"]));
-    let transitions = windy(n, number(&inputs["wind_prob"]));
-    let (rewards, terminal) = (vec![0.0; n * n * 4], vec![false; n * n]);
-    let model = Model { transitions: &transitions, rewards: &rewards, terminal: &terminal };
-    let chain = induced(&model, &rows(&inputs["policy"]).concat());
+    let mdp = Gridworld { size: n, wind: number(&inputs["wind_prob"]) }.mdp().expect("it is one");
+    let chain = induced(&mdp.model(), &rows(&inputs["policy"]).concat());
     let ends = (place(number(&inputs["start"])), place(number(&inputs["target"])));
     let at = |curve: Vec<f64>| {
         let steps = numbers(&inputs["l"]).into_iter();

@@ -1,0 +1,397 @@
+//! Learning with a number for everything, by gradient descent (§C.2.1).
+
+use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, declare};
+use rand::RngExt as _;
+use rand_distr::{Distribution as _, StandardNormal};
+
+use crate::artifact::Rollouts;
+use crate::math::moments::real;
+use crate::math::tabular::probabilities;
+use crate::nn::optim::Pull;
+use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Shape, Turns, Var};
+
+declare! {
+    /// Action values learned by expected SARSA (Eqn. 2.44): `Σ_a' π(a' | s') q(s', a')` is what follows.
+    ///
+    /// They start from a normal distribution, and an update lowers the mean squared error of a batch of steps,
+    /// whose targets have no gradient. What was never tried stays where it started.
+    pub struct TabularValues = "tabular_values" @ 1, stochastic -> Array [state, action] {
+        /// The episodes.
+        from: One<Rollouts>;
+        /// The policy whose values they are.
+        policy: One<Array>;
+        /// What a reward one step later is worth.
+        discount: f64 = 0.99, in 0.0..=1.0;
+        /// How the loss is lowered.
+        optimiser: Box<dyn Optimiser> = Part::new("adam")
+            .with("lr", Part::new("constant").with("value", 5e-3));
+        /// How often it goes through the steps.
+        epochs: u64 = 500, in 0.0..;
+        /// How many steps an update looks at; 0 for all.
+        batch: usize = 128, in 0.0..;
+        /// Which member of an ensemble it is, told apart as Remark 2.7 says: by where it starts.
+        member: usize = 0, in 0.0..;
+        /// And by its own resample of the steps, as many with replacement.
+        bootstrap: bool = false;
+    }
+}
+
+declare! {
+    /// The probabilities of the states that follow each action, learned by maximum likelihood (Eqn. 2.51) as the
+    /// logits of a softmax, which start from a normal distribution.
+    pub struct TabularModel = "tabular_model" @ 1, stochastic -> Array [state, action, next] {
+        /// The episodes.
+        from: One<Rollouts>;
+        /// How the loss is lowered.
+        optimiser: Box<dyn Optimiser> = Part::new("adam")
+            .with("lr", Part::new("constant").with("value", 5e-3));
+        /// How often it goes through the steps.
+        epochs: u64 = 500, in 0.0..;
+        /// How many steps an update looks at; 0 for all.
+        batch: usize = 128, in 0.0..;
+        /// Which member of an ensemble it is, told apart by where it starts (Remark 2.7).
+        member: usize = 0, in 0.0..;
+        /// And by its own resample of the steps, as many with replacement.
+        bootstrap: bool = false;
+    }
+}
+
+declare! {
+    /// The reward of each action in each state, learned by maximum likelihood with Gaussian noise (Eqn. 2.51) from
+    /// a normal distribution on.
+    pub struct TabularRewards = "tabular_rewards" @ 1, stochastic -> Array [state, action] {
+        /// The episodes.
+        from: One<Rollouts>;
+        /// How the loss is lowered.
+        optimiser: Box<dyn Optimiser> = Part::new("adam")
+            .with("lr", Part::new("constant").with("value", 5e-3));
+        /// How often it goes through the steps.
+        epochs: u64 = 500, in 0.0..;
+        /// How many steps an update looks at; 0 for all.
+        batch: usize = 128, in 0.0..;
+        /// Which member of an ensemble it is, told apart by where it starts (Remark 2.7).
+        member: usize = 0, in 0.0..;
+        /// And by its own resample of the steps, as many with replacement.
+        bootstrap: bool = false;
+    }
+}
+
+impl Op for TabularValues {
+    fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
+        let dims = pairs(&self.from);
+        if self.policy.dims != dims {
+            let why = "the policy is not over `state` and `action` of the episodes' environment";
+            return Err(OpError::Failed(why.to_owned()));
+        }
+        let width = self.from.actions.len();
+        let policy: Vec<f32> = self.policy.values.iter().map(|p| single(*p)).collect();
+        let learning = Learning {
+            optimiser: &*self.optimiser,
+            epochs: self.epochs,
+            batch: self.batch,
+            member: (self.member, self.bootstrap),
+        };
+        let loss = |graph: &Graph<f32>, [table, policy]: [ParamId; 2], steps: &Steps| {
+            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
+            let follows = graph.still(|| {
+                let next = column(&steps.next);
+                let (q, policy) = (graph.embedding(next, table), graph.embedding(next, policy));
+                graph.sum_items(graph.mul(q, policy))
+            });
+            // Nothing follows the end of an episode.
+            let follows = graph.mul(follows, column(&steps.goes_on));
+            let target =
+                graph.add(column(&steps.rewards), graph.affine(follows, self.discount, 0.0));
+            let q = graph.embedding(column(&steps.states), table);
+            let tried = graph.pick(q, column(&steps.actions));
+            graph.mean(graph.square(graph.sub(tried, target)))
+        };
+        let values = learning.table(&self.from, [self.from.n_states, width], policy, ctx, loss)?;
+        Ok(Array { dims, values })
+    }
+}
+
+impl Op for TabularModel {
+    fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
+        let (n, width) = (self.from.n_states, self.from.actions.len());
+        let learning = Learning {
+            optimiser: &*self.optimiser,
+            epochs: self.epochs,
+            batch: self.batch,
+            member: (self.member, self.bootstrap),
+        };
+        let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps| {
+            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
+            let logits = graph.embedding(column(&steps.pairs), table);
+            graph.mean(graph.cross_entropy(logits, column(&steps.next)))
+        };
+        let logits =
+            learning.table(&self.from, [n * width, n], vec![0.0; n * width * n], ctx, loss)?;
+        let mut dims = pairs(&self.from);
+        dims.push(Dim::new("next", dims[0].labels.clone()));
+        Ok(Array { dims, values: probabilities(&logits, n) })
+    }
+}
+
+impl Op for TabularRewards {
+    fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
+        let (n, width) = (self.from.n_states, self.from.actions.len());
+        let learning = Learning {
+            optimiser: &*self.optimiser,
+            epochs: self.epochs,
+            batch: self.batch,
+            member: (self.member, self.bootstrap),
+        };
+        let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps| {
+            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
+            let rewards = graph.embedding(column(&steps.pairs), table);
+            graph.mean(graph.square(graph.sub(rewards, column(&steps.rewards))))
+        };
+        let values = learning.table(&self.from, [n * width, 1], vec![0.0; n * width], ctx, loss)?;
+        Ok(Array { dims: pairs(&self.from), values })
+    }
+}
+
+/// The dimensions of what is said of each action in each state.
+fn pairs(of: &Rollouts) -> Vec<Dim> {
+    let numbers = (0..of.n_states).map(real).collect();
+    vec![
+        Dim::new("state", Labels::Numbers(numbers)),
+        Dim::new("action", Labels::Names(of.actions.clone())),
+    ]
+}
+
+/// How a table is learned.
+struct Learning<'a> {
+    optimiser: &'a dyn Optimiser,
+    epochs: u64,
+    batch: usize,
+    member: (usize, bool),
+}
+
+/// Steps of episodes, by what is known of each. States and actions are places, as tables take them.
+#[derive(Default)]
+struct Steps {
+    states: Vec<f32>,
+    actions: Vec<f32>,
+    /// The place of state and action together.
+    pairs: Vec<f32>,
+    rewards: Vec<f32>,
+    next: Vec<f32>,
+    /// 1, or 0 where the episode ended.
+    goes_on: Vec<f32>,
+}
+
+impl Steps {
+    fn of(rollouts: &Rollouts) -> Self {
+        let mut all = Self::default();
+        for e in &rollouts.episodes {
+            for (t, (&action, &reward)) in e.actions.iter().zip(&e.rewards).enumerate() {
+                let ends = e.ended && t + 1 == e.actions.len();
+                let pair = e.states[t] * rollouts.actions.len() + action;
+                all.states.push(single(real(e.states[t])));
+                all.actions.push(single(real(action)));
+                all.pairs.push(single(real(pair)));
+                all.rewards.push(single(reward));
+                all.next.push(single(real(e.states[t + 1])));
+                all.goes_on.push(if ends { 0.0 } else { 1.0 });
+            }
+        }
+        all
+    }
+
+    fn len(&self) -> usize {
+        self.states.len()
+    }
+
+    /// Replaces these by those of `all` at some places.
+    fn take(&mut self, all: &Self, places: &[usize]) {
+        let columns = [
+            (&mut self.states, &all.states),
+            (&mut self.actions, &all.actions),
+            (&mut self.pairs, &all.pairs),
+            (&mut self.rewards, &all.rewards),
+            (&mut self.next, &all.next),
+            (&mut self.goes_on, &all.goes_on),
+        ];
+        for (own, all) in columns {
+            own.clear();
+            own.extend(places.iter().map(|place| all[*place]));
+        }
+    }
+}
+
+impl Learning<'_> {
+    /// A table of this shape after training on the steps of episodes. The loss is told where it lies, and where
+    /// `given` does, another that is not learned.
+    fn table(
+        &self,
+        from: &Rollouts,
+        shape: [usize; 2],
+        given: Vec<f32>,
+        ctx: &Ctx,
+        loss: impl Fn(&Graph<f32>, [ParamId; 2], &Steps) -> Var,
+    ) -> Result<Vec<f64>, OpError> {
+        let (member, bootstrap) = self.member;
+        let member = member.to_string();
+        let mut all = Steps::of(from);
+        let n = all.len();
+        if n == 0 {
+            return Err(OpError::Failed("there are no steps to learn from".to_owned()));
+        }
+        if bootstrap {
+            let mut rng = ctx.rng("bootstrap", &[&member]);
+            let places: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
+            let mut resampled = Steps::default();
+            resampled.take(&all, &places);
+            all = resampled;
+        }
+        let mut init = ctx.rng("init", &[&member]);
+        let start = (0..shape[0] * shape[1]).map(|_| StandardNormal.sample(&mut init)).collect();
+        let mut params = Params::default();
+        let table = params.add("table".to_owned(), shape.to_vec(), start);
+        let tables = [table, params.add_fixed("given".to_owned(), shape.to_vec(), given)];
+        let graph = Graph::new(params);
+
+        let mut turns = Turns::new(n, self.batch);
+        let in_an_epoch = if turns.is_some() { n / self.batch } else { 1 } as u64;
+        let steps = self.epochs.saturating_mul(in_an_epoch);
+        let how = Descent { optimiser: self.optimiser, pull: Pull::NONE, steps };
+        let mut shown = Steps::default();
+        nn::descend(&graph, &how, ctx, |graph, t| match &mut turns {
+            None => loss(graph, tables, &all),
+            Some(turns) => {
+                shown.take(&all, turns.turn(t, ctx));
+                loss(graph, tables, &shown)
+            }
+        });
+        let params = graph.params();
+        let values: Vec<f64> = params.value(table).iter().map(|x| f64::from(*x)).collect();
+        if values.iter().any(|x| !x.is_finite()) {
+            let message = format!("it diverged within {steps} updates: lower the learning rate");
+            return Err(OpError::Failed(message));
+        }
+        Ok(values)
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "tables are in single precision")]
+fn single(x: f64) -> f32 {
+    x as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Act, PolicyValues, UniformPolicy};
+    use super::*;
+    use crate::env::{Chain, Env};
+    use crate::math::bellman::expected_values;
+    use crate::math::tabular::{Transition, most_likely, transition_counts};
+    use crate::nn::{Adam, Constant, Linear, Schedule};
+
+    const CTX: Ctx = Ctx::new("tabular", 3, None);
+
+    fn chain() -> Box<dyn Env> {
+        Box::new(Chain { cells: 4, slip: 0.25, goal: true })
+    }
+
+    fn even() -> One<Array> {
+        One(UniformPolicy { r#in: chain() }.run(&CTX).unwrap())
+    }
+
+    fn walks(episodes: usize) -> One<Rollouts> {
+        let (policy, stream) = (even(), "main".to_owned());
+        One(Act { policy, r#in: chain(), episodes, limit: 60, stream }.run(&CTX).unwrap())
+    }
+
+    fn adam(lr: Box<dyn Schedule>) -> Box<dyn Optimiser> {
+        Box::new(Adam { lr, beta1: 0.9, beta2: 0.999, eps: 1e-8 })
+    }
+
+    fn falling() -> Box<dyn Optimiser> {
+        adam(Box::new(Linear { from: 0.05, to: 0.0 }))
+    }
+
+    fn values(from: One<Rollouts>, epochs: u64, member: usize, bootstrap: bool) -> Vec<f64> {
+        let (policy, discount, batch, optimiser) = (even(), 0.9, 64, falling());
+        let op =
+            TabularValues { from, policy, discount, optimiser, epochs, batch, member, bootstrap };
+        op.run(&CTX).unwrap().values
+    }
+
+    fn model(from: One<Rollouts>, epochs: u64) -> Vec<f64> {
+        let (batch, member, bootstrap, optimiser) = (64, 0, false, falling());
+        TabularModel { from, optimiser, epochs, batch, member, bootstrap }.run(&CTX).unwrap().values
+    }
+
+    fn most(errors: impl Iterator<Item = f64>) -> f64 {
+        errors.map(f64::abs).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn expected_sarsa_finds_the_values_of_the_policy() {
+        let mdp = chain().mdp().unwrap();
+        let truth = PolicyValues { policy: even(), r#in: chain(), discount: 0.9 };
+        let truth = truth.run(&CTX).unwrap().values;
+        let apart = |epochs| {
+            let found = values(walks(400), epochs, 0, false);
+            let states = |q: &[f64]| expected_values(&mdp.model(), &even().0.values, q);
+            most(states(&found).iter().zip(states(&truth)).take(3).map(|(a, b)| a - b))
+        };
+        let (before, after) = (apart(0), apart(100));
+        assert!(before > 0.5 && after < 0.05, "{before} {after}");
+    }
+
+    #[test]
+    fn the_likeliest_model_is_found() {
+        let from = walks(200);
+        let steps = from.episodes.iter().flat_map(|e| {
+            (0..e.actions.len()).map(|t| Transition {
+                state: e.states[t],
+                action: e.actions[t],
+                reward: e.rewards[t],
+                next: e.states[t + 1],
+                ended: false,
+            })
+        });
+        let counts = transition_counts((4, 2), &steps.collect::<Vec<_>>());
+        let before = model(from.clone(), 0);
+        let likeliest = most_likely(&counts, &before, 4);
+        let after = model(from, 300);
+        let apart = most(after.iter().zip(&likeliest).take(24).map(|(a, b)| a - b));
+        assert!(apart < 0.02, "{apart}");
+        // From the goal nothing was ever tried.
+        assert_eq!(after[24..], before[24..]);
+    }
+
+    #[test]
+    fn rewards_are_what_was_received_on_average() {
+        let (from, optimiser) = (walks(200), falling());
+        let op =
+            TabularRewards { from, optimiser, epochs: 100, batch: 0, member: 0, bootstrap: false };
+        let found = op.run(&CTX).unwrap().values;
+        let expected = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        assert!(most(found.iter().zip(expected).map(|(a, b)| a - b)) < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn members_differ_by_where_they_start_and_what_they_see() {
+        assert_ne!(values(walks(5), 0, 0, true), values(walks(5), 0, 1, true));
+        assert_eq!(values(walks(5), 0, 1, true), values(walks(5), 0, 1, false));
+        assert_ne!(values(walks(5), 3, 1, true), values(walks(5), 3, 1, false));
+        assert_eq!(values(walks(5), 3, 1, true), values(walks(5), 3, 1, true));
+    }
+
+    #[test]
+    fn what_cannot_be_learned_says_so() {
+        let lr = Box::new(Constant { value: f64::MAX });
+        let optimiser = adam(lr);
+        let (batch, member, bootstrap, epochs) = (0, 0, false, 5);
+        let op = TabularRewards { from: walks(5), optimiser, epochs, batch, member, bootstrap };
+        assert!(op.run(&CTX).unwrap_err().to_string().contains("diverged"));
+        let none = Rollouts { episodes: vec![], ..walks(0).0 };
+        let optimiser = falling();
+        let op = TabularRewards { from: One(none), optimiser, epochs, batch, member, bootstrap };
+        assert_eq!(op.run(&CTX).unwrap_err().to_string(), "there are no steps to learn from");
+    }
+}
