@@ -55,6 +55,8 @@ fn the_thesis_runs_at_its_smallest() {
         "world_model.seeds=2",
         "world_model.walks=40",
         "world_model.steps=3",
+        "reward_process.seeds=2",
+        "reward_process.steps=2",
         "gridworld.epochs=1",
         "disagreement.seeds=2",
         "novelty.seeds=2",
@@ -68,7 +70,7 @@ fn the_thesis_runs_at_its_smallest() {
     assert!(results.contains("2.2a: risk-averse agents go LEFT"));
     for figure in [
         "2.1", "2.3", "2.4a", "2.4b", "2.4c", "2.5a", "2.5b", "2.5c", "2.5d", "2.10a", "2.10b",
-        "5.6", "5.8a", "5.8b",
+        "5.4a", "5.4b", "5.4c", "5.6", "5.8a", "5.8b",
     ] {
         assert!(
             project.read(&format!("results/thesis/figures/{figure}.svg")).starts_with("<svg"),

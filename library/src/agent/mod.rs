@@ -28,7 +28,10 @@ pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};
 pub use reach::Reach;
 pub use tabular::{TabularModel, TabularRewards, TabularValues};
 pub use without::WithoutStates;
-pub use world::{LatentStates, ModelErrors, PartialModel, ReconstructionModel, UnrolledErrors};
+pub use world::{
+    LatentStates, ModelErrors, PartialModel, ProcessModel, ProcessValues, ReconstructionModel,
+    UnrolledErrors,
+};
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {

@@ -19,9 +19,10 @@ pub struct WorldModel {
 /// What a world model is a model of, and its networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
-    /// How many states the environment has; a state goes in as a vector with a 1 in its place.
+    /// How many states the environment has; a state goes in as a vector with a 1 in its place. 1 where a state is a
+    /// number, which goes in itself.
     pub n_states: usize,
-    /// What its actions are called; an action goes in likewise, behind a latent state.
+    /// What its actions are called; an action goes in likewise, behind a latent state. None in a reward process.
     pub actions: Vec<String>,
     /// How many numbers a latent state has.
     pub latent: usize,
@@ -50,7 +51,9 @@ impl Layout {
         let mut wanted: Vec<(String, Vec<usize>)> = Vec::new();
         for (name, module) in &self.nets {
             let Some((inputs, outputs)) = self.widths(name) else { return false };
-            if module.output(&[inputs]).ok() != Some(vec![outputs]) {
+            let shape = [1, inputs];
+            let shape = if module.takes_steps() { &shape[..] } else { &shape[1..] };
+            if module.output(shape).ok() != Some(vec![outputs]) {
                 return false;
             }
             let arrays = module.arrays().into_iter();

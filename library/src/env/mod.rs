@@ -14,6 +14,7 @@ mod interval;
 mod intervals;
 mod lottery;
 mod mdp;
+mod observe;
 mod reward_at;
 mod sample;
 mod sinusoids;
@@ -41,6 +42,7 @@ pub use interval::Interval;
 pub use intervals::Intervals;
 pub use lottery::Discrete;
 pub use mdp::{Mdp, Transitions};
+pub use observe::Observe;
 pub use reward_at::RewardAt;
 pub use sample::Sample;
 pub use sinusoids::Sinusoids;
@@ -167,6 +169,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Examples>()
         .op::<Sample>()
         .op::<RewardAt>()
+        .op::<Observe>()
         .op::<SupportDistance>()
         .op::<Transitions>()
 }

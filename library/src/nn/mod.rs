@@ -45,7 +45,8 @@ pub use real::Real;
 pub use schedule::{Constant, Cosine, Linear, Schedule, WarmUp};
 pub use target::Follow;
 pub use world::{
-    Body, Heads, Latent, Paths, Transitions, Unrolled, partial_losses, reconstruction_losses,
+    Body, Heads, Latent, Paths, Transitions, Unrolled, partial_losses, predicted_values,
+    reconstruction_losses,
 };
 
 use ivx_op::Registry;

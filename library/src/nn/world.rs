@@ -16,10 +16,11 @@ pub struct Body<'a> {
 }
 
 impl Body<'_> {
-    /// What comes out for vectors `x`.
+    /// What comes out for vectors `x`. A recurrent network sees one step, from a state of zeros.
     pub fn of<F: Real>(&self, graph: &Graph<F>, x: Var) -> Var {
-        let width = graph.shape(x).width();
-        self.module.pass(graph, self.params, (x, &[width]), &mut Mode::Predict)
+        let shape = [1, graph.shape(x).width()];
+        let shape = if self.module.takes_steps() { &shape[..] } else { &shape[1..] };
+        self.module.pass(graph, self.params, (x, shape), &mut Mode::Predict)
     }
 }
 
@@ -152,6 +153,33 @@ pub fn partial_losses<F: Real>(
         }
     }
     out
+}
+
+/// The model-predicted values over 0 to `steps` steps of a Markov reward process (Eqns. 5.10a to d), which has no
+/// actions: `steps + 1` times `[n, 1]`. The reward of a step is that of where it leads.
+///
+/// ```text
+/// v^k = Σ_{j<k} γ^j r(z^{j+1}) + γ^k v(z^k),  z^0 = h(s),  z^{j+1} = p(z^j)
+/// ```
+pub fn predicted_values<F: Real>(
+    graph: &Graph<F>,
+    nets: &Latent<'_>,
+    value: Body<'_>,
+    states: Var,
+    (steps, discount): (usize, f64),
+) -> Vec<Var> {
+    let mut latent = nets.representation.of(graph, states);
+    let mut members = vec![value.of(graph, latent)];
+    let (mut received, mut weight) = (None, 1.0);
+    for _ in 0..steps {
+        latent = nets.dynamics.of(graph, latent);
+        let reward = graph.affine(nets.reward.of(graph, latent), weight, 0.0);
+        let sum = received.map_or(reward, |before| graph.add(before, reward));
+        received = Some(sum);
+        weight *= discount;
+        members.push(graph.add(sum, graph.affine(value.of(graph, latent), weight, 0.0)));
+    }
+    members
 }
 
 /// The mean over items of the sums of their numbers.

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use ivx_library::math::moments::real;
+use ivx_library::math::moments::{mean, real, std};
+use ivx_library::math::mpv::across;
 use ivx_library::math::two_hot::{Bins, signed_hyperbolic, signed_parabolic};
 use ivx_library::nn::{
     Body, Curve, Graph, Heads, Latent, Module, ParamId, Params, Paths, Shape, Transitions, Var,
-    partial_losses, reconstruction_losses,
+    partial_losses, predicted_values, reconstruction_losses,
 };
 use serde_json::{Value, json};
 
@@ -21,6 +22,11 @@ fn golden_losses_of_world_models_agree() {
     check_kind("model_based_losses", "categorical_value", |case, path| {
         at(&categorical(case), path)
     });
+}
+
+#[test]
+fn golden_implicit_values_of_a_reward_process_agree() {
+    check_kind("model_based_losses", "ive_mrp", |case, path| at(&reward_process(case), path));
 }
 
 /// Linear maps without bias, from matrices of shape `[out, in]`, and curves after them.
@@ -194,5 +200,77 @@ fn categorical(case: &Case) -> Value {
         "loss": graph.scalar(loss),
         "decoded": decoded.collect::<Vec<f64>>(),
         "grads": { "logits": shaped(graph.grad(of)) },
+    })
+}
+
+/// The networks of Example 5.1; the memory has one bias, and its other weights see zeros.
+fn reward_process(case: &Case) -> Value {
+    let mut params = Params::default();
+    let mut ids = BTreeMap::new();
+    let mut body = |name: &str, curve: Curve| {
+        let mut layers = Vec::new();
+        let mut own = Vec::new();
+        for (layer, curve) in [("1", Curve::Elu), ("2", curve)] {
+            let (weight, bias) = (format!("{name}_w{layer}"), format!("{name}_b{layer}"));
+            let matrix = input(case, &weight).transposed();
+            let (inputs, outputs) = (matrix.shape[0], matrix.shape[1]);
+            layers.push(Module::Dense { inputs, outputs, curve });
+            let id = params.add(weight.clone(), matrix.shape, matrix.values);
+            own.push(id);
+            ids.insert(weight, id);
+            let id = params.add(bias.clone(), vec![outputs], input(case, &bias).values);
+            own.push(id);
+            ids.insert(bias, id);
+        }
+        (Module::Sequence(layers), own)
+    };
+    let [representation, value, reward] =
+        [("h", Curve::Tanh), ("v", Curve::Identity), ("r", Curve::Identity)]
+            .map(|(name, curve)| body(name, curve));
+    let matrix = input(case, "lstm_w_ih").transposed();
+    let (inputs, units) = (matrix.shape[0], matrix.shape[1] / 4);
+    let weight = params.add("lstm_w_ih".into(), matrix.shape, matrix.values);
+    let zeros = vec![0.0; units * 4 * units];
+    let unseen = params.add_fixed("u".into(), vec![units, 4 * units], zeros);
+    let bias = params.add("lstm_b".into(), vec![4 * units], input(case, "lstm_b").values);
+    let none = params.add_fixed("c".into(), vec![4 * units], vec![0.0; 4 * units]);
+    ids.insert("lstm_w_ih".into(), weight);
+    ids.insert("lstm_b".into(), bias);
+    let memory = Module::Sequence(vec![Module::Lstm { inputs, units }, Module::Last]);
+    // As `Module::arrays` has them.
+    let order = [weight, bias, unseen, none];
+    let graph = Graph::new(params);
+    let nets = Latent {
+        representation: Body { module: &representation.0, params: &representation.1 },
+        dynamics: Body { module: &memory, params: &order },
+        reward: Body { module: &reward.0, params: &reward.1 },
+    };
+    let states = input(case, "s");
+    let states = graph.input(states.batch(), &states.values);
+    let targets = input(case, "v_target");
+    let targets = graph.input(graph.shape(states), &targets.values);
+    let unroll = (input(case, "K").values[0], number(&case.inputs["gamma"]));
+    let steps = (0..100).find(|k| real(*k) == unroll.0).expect("few steps");
+    let value = Body { module: &value.0, params: &value.1 };
+    let members = predicted_values(&graph, &nets, value, states, (steps, unroll.1));
+    let apart =
+        members.iter().map(|v| graph.sum(graph.square(graph.sub(*v, targets)))).collect::<Vec<_>>();
+    let loss = total(&graph, apart);
+    graph.backward(loss);
+    let told: Vec<Vec<f64>> = members.iter().map(|v| graph.value(*v)).collect();
+    let grads = ids.iter().map(|(name, id)| {
+        let params = graph.params();
+        let shape = params.shape(*id).to_vec();
+        let values = params.grad(*id).expect("all learn").to_vec();
+        let grad = Tensor { shape, values };
+        let grad = if grad.shape.len() == 2 { grad.transposed() } else { grad };
+        (name.clone(), grad.json())
+    });
+    json!({
+        "k_mpv": told,
+        "mu": across(&told, mean),
+        "sigma": across(&told, std),
+        "loss_5_11": graph.scalar(loss),
+        "grads": grads.collect::<serde_json::Map<_, _>>(),
     })
 }

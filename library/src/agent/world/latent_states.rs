@@ -18,6 +18,10 @@ declare! {
 impl Op for LatentStates {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let layout = &self.of.layout;
+        if layout.actions.is_empty() {
+            let why = "the model is of a process whose states can't be listed";
+            return Err(OpError::Failed(why.to_owned()));
+        }
         let (graph, nets) = Bodies::of(&self.of);
         let mut states = Vec::new();
         for state in 0..layout.n_states {

@@ -3,6 +3,7 @@
 mod errors;
 mod latent_states;
 mod partial;
+mod process;
 mod reconstruction;
 
 use ivx_op::{Array, Ctx, Dim, Labels, OpError, Registry};
@@ -10,6 +11,7 @@ use ivx_op::{Array, Ctx, Dim, Labels, OpError, Registry};
 pub use errors::{ModelErrors, UnrolledErrors};
 pub use latent_states::LatentStates;
 pub use partial::PartialModel;
+pub use process::{ProcessModel, ProcessValues};
 pub use reconstruction::ReconstructionModel;
 
 use crate::artifact::{Layout, Rollouts, WorldModel};
@@ -21,6 +23,8 @@ pub(super) fn register(registry: Registry) -> Registry {
     registry
         .op::<ReconstructionModel>()
         .op::<PartialModel>()
+        .op::<ProcessModel>()
+        .op::<ProcessValues>()
         .op::<LatentStates>()
         .op::<ModelErrors>()
         .op::<UnrolledErrors>()

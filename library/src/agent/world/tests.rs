@@ -3,7 +3,7 @@ use ivx_op::{Artifact as _, One, Op as _};
 use super::*;
 use crate::agent::{Act, GreedyPolicy, UniformPolicy, ValueIteration};
 use crate::artifact::Episode;
-use crate::env::{Chain, Env};
+use crate::env::{Chain, Env, Grid, Observe, Sinusoids};
 use crate::nn::{Adam, Constant, Mlp, Optimiser, Params, Tanh};
 
 const CTX: Ctx = Ctx::new("world", 1, None);
@@ -144,4 +144,32 @@ fn what_does_not_fit_says_so() {
     let fewer = Rollouts { n_states: 5, ..walks("test") };
     let refused = ModelErrors { of: One(reconstruction(0, &CTX)), on: One(fewer) };
     assert!(why(refused.run(&CTX)).starts_with("the model is of 4 states and 2 actions"));
+}
+
+#[test]
+fn values_of_a_reward_process_agree_where_they_were_learned() {
+    let at = || Box::new(Grid { low: -1.0, high: 1.0, points: 5 });
+    let on = Observe { reward: Box::new(Sinusoids {}), at: at() }.run(&CTX).unwrap();
+    let model = |steps| {
+        let (unroll, discount, latent, optimiser) = (3, 0.9, 8, adam());
+        let (on, net) = (One(on.clone()), net());
+        let op = ProcessModel { on, unroll, discount, latent, net, optimiser, batch: 0, steps };
+        op.run(&CTX).unwrap()
+    };
+    let apart = |steps| {
+        let of = One(model(steps));
+        let values = ProcessValues { of, at: at(), unroll: 3, discount: 0.9 }.run(&CTX).unwrap();
+        let errors = values.values.chunks(5).flat_map(|v| v.iter().zip(&on.y)).map(|(a, b)| a - b);
+        errors.map(f64::abs).fold(0.0, f64::max)
+    };
+    let (before, after) = (apart(0), apart(600));
+    assert!(before > 0.5 && after < 0.02, "{before} {after}");
+    assert_eq!(model(20).encode(), model(20).encode());
+    assert_eq!(WorldModel::decode(&model(1).encode()), Some(model(1)));
+
+    let refused = LatentStates { of: One(model(0)) }.run(&CTX).unwrap_err().to_string();
+    assert!(refused.contains("can't be listed"), "{refused}");
+    let of = One(partial(0, false));
+    let refused = ProcessValues { of, at: at(), unroll: 1, discount: 0.9 }.run(&CTX).unwrap_err();
+    assert!(refused.to_string().contains("not of a reward process"));
 }

@@ -187,6 +187,16 @@ impl Module {
         }
     }
 
+    /// Whether it begins with a recurrent layer, so that it takes sequences.
+    #[must_use]
+    pub fn takes_steps(&self) -> bool {
+        match self {
+            Self::Gru { .. } | Self::Lstm { .. } => true,
+            Self::Sequence(layers) => layers.first().is_some_and(Self::takes_steps),
+            _ => false,
+        }
+    }
+
     /// The largest of its sizes.
     #[must_use]
     pub fn largest(&self) -> usize {
