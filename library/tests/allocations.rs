@@ -6,11 +6,12 @@ mod nets;
 use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
+use ivx_library::agent::{Act, TabularModel, UniformPolicy};
 use ivx_library::artifact::{Dataset, Form};
-use ivx_library::env::{Copying, Glyphs, Task};
+use ivx_library::env::{Copying, Glyphs, Gridworld, Task};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
 use ivx_library::nn::{Mlp, Squared, Tanh};
-use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, Part};
+use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
 use nets::{TASKS, Training};
 use tracking_allocator::{
     AllocationGroupId, AllocationGroupToken, AllocationRegistry, AllocationTracker, Allocator,
@@ -162,6 +163,27 @@ fn more_steps_take_no_more_buffers() {
         large(1);
         assert_eq!(large(3), large(9), "{net}");
     }
+}
+
+#[test]
+fn more_epochs_of_a_table_take_no_more_buffers() {
+    let ctx = Ctx::new("tabular", 0, None);
+    let world = || Box::new(Gridworld { size: 5, wind: 0.1 });
+    let policy = One(UniformPolicy { r#in: world() }.run(&ctx).expect("it is a world"));
+    let stream = "main".to_owned();
+    let act = Act { policy: policy.clone(), r#in: world(), episodes: 25, limit: 20, stream };
+    let from = One(act.run(&ctx).expect("it acts"));
+    let large = |epochs| {
+        let (batch, member, bootstrap) = (128, 0, false);
+        let (from, optimiser) = (from.clone(), nets::optimiser());
+        let model = TabularModel { from, optimiser, epochs, batch, member, bootstrap };
+        counted(|| {
+            model.run(&ctx).expect("there are steps");
+            LARGE.load(SeqCst)
+        })
+    };
+    large(1);
+    assert_eq!(large(2), large(40));
 }
 
 /// The most bytes that training and encoding a member holds at once, and what it is foreseen to.

@@ -66,7 +66,7 @@ impl Turns {
         let in_a_pass = (self.order.len() / self.size) as u64;
         let (pass, place) = (t / in_a_pass, t % in_a_pass);
         if self.pass != Some(pass) {
-            self.order.sort_unstable();
+            self.order.iter_mut().enumerate().for_each(|(i, item)| *item = i);
             self.order.shuffle(&mut ctx.rng("batches", &[&pass.to_string()]));
             self.pass = Some(pass);
         }
