@@ -7,6 +7,7 @@ mod claim;
 mod equivalent;
 mod field;
 mod gap;
+mod jensen_shannon;
 mod mixture_std;
 mod nll;
 mod published;
@@ -26,6 +27,7 @@ pub use claim::Claim;
 pub use equivalent::Equivalent;
 pub use field::Field;
 pub use gap::{Hallucination, Regret};
+pub use jensen_shannon::JensenShannon;
 pub use mixture_std::MixtureStd;
 pub use nll::Nll;
 pub use published::PublishedNumbers;
@@ -50,6 +52,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Min>()
         .op::<Max>()
         .op::<Quantile>()
+        .op::<JensenShannon>()
         .op::<Sort>()
         .op::<Add>()
         .op::<Sub>()
