@@ -101,21 +101,34 @@ fn amount(measure: &Measure) -> String {
     format!("{} numbers{ends} over {}", measure.values.len(), over.join(", "))
 }
 
+/// The parameters that several experiments may read.
+pub(super) fn shared(spec: &Spec) -> Option<String> {
+    let rows: String = spec.params.iter().map(param).collect();
+    let table = (!rows.is_empty()).then(|| table("Parameters of several experiments", &rows))?;
+    Some(format!("<section id=\"shared\">{table}</section>"))
+}
+
+fn param(Param { name, docs, value, by }: &Param) -> String {
+    format!(
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        code(name),
+        code(&value.to_string()),
+        escape(by),
+        prose(docs)
+    )
+}
+
+fn table(summary: &str, rows: &str) -> String {
+    format!(
+        "<details><summary>{summary}</summary><table class=\"facts\"><thead><tr><th scope=\"col\">name</th>\
+         <th scope=\"col\">value</th><th scope=\"col\">set by</th><th></th></tr></thead>\
+         <tbody>\n{rows}</tbody></table></details>"
+    )
+}
+
 /// Parameters and axes.
 fn settings(spec: &Spec, experiment: &Experiment) -> Option<String> {
-    let param = |of: &str, Param { name, docs, value, by }: &Param| {
-        format!(
-            "<tr><th scope=\"row\"><code>{}{}</code></th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-            escape(of),
-            escape(name),
-            code(&value.to_string()),
-            escape(by),
-            prose(docs)
-        )
-    };
-    let own = experiment.params.iter().map(|p| param("", p));
-    let shared = spec.params.iter().map(|p| param("", p));
-    let params: String = own.chain(shared).collect();
+    let params: String = experiment.params.iter().map(param).collect();
     let axes = experiment.axes.iter().map(|declared| {
         let axis = spec.axis(declared.axis);
         let labels: Vec<String> = axis.coords.iter().map(|coord| code(&coord.label)).collect();
@@ -132,13 +145,7 @@ fn settings(spec: &Spec, experiment: &Experiment) -> Option<String> {
         )
     });
     let rows = params + &axes.collect::<String>();
-    (!rows.is_empty()).then(|| {
-        format!(
-            "<details><summary>Parameters and axes</summary><table class=\"facts\"><thead><tr><th scope=\"col\">name</th>\
-             <th scope=\"col\">value</th><th scope=\"col\">set by</th><th></th></tr></thead>\
-             <tbody>\n{rows}</tbody></table></details>"
-        )
-    })
+    (!rows.is_empty()).then(|| table("Parameters and axes", &rows))
 }
 
 #[cfg(test)]
