@@ -32,6 +32,14 @@ pub enum Labels {
 }
 
 impl Labels {
+    /// `0, …, n − 1`.
+    #[must_use]
+    pub fn count(n: usize) -> Self {
+        #[expect(clippy::cast_precision_loss, reason = "dimensions are far below 2^53")]
+        let number = |i| i as f64;
+        Self::Numbers((0..n).map(number).collect())
+    }
+
     /// How many coordinates there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -163,10 +163,7 @@ impl Op for Visits {
         for (state, action) in episodes.iter().flat_map(|e| e.states.iter().zip(&e.actions)) {
             values[state * actions.len() + action] += 1.0;
         }
-        let states = Labels::Numbers((0..*n_states).map(real).collect());
-        let dims =
-            vec![Dim::new("state", states), Dim::new("action", Labels::Names(actions.clone()))];
-        Ok(Array { dims, values })
+        Ok(Array { dims: self.of.pairs(), values })
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Parts, declare, family};
+use ivx_op::{Array, Ctx, One, Op, OpError, Parts, declare, family};
 
 use crate::artifact::{Episode, Rollouts};
 use crate::math::moments::real;
@@ -106,8 +106,7 @@ impl Op for EstimateValues {
                 values[*s] += rate * (target - values[*s]);
             }
         }
-        let numbers = (0..n_states).map(real).collect();
-        Ok(Array::series(Dim::new("state", Labels::Numbers(numbers)), values))
+        Ok(Array::series(self.from.states(), values))
     }
 }
 

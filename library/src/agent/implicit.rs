@@ -87,50 +87,59 @@ declare! {
     }
 }
 
-/// A model and what is thought of it, as arrays.
+/// A model, learned or true, and what is thought of its states.
 struct Learned<'a> {
     values: &'a Array,
     transitions: &'a Array,
     rewards: &'a Array,
+    /// That no state ends an episode: learned models do not know which do.
+    terminal: Vec<bool>,
 }
 
-impl Learned<'_> {
-    /// That no state ends an episode: learned models do not know which do.
-    fn endless(&self) -> Vec<bool> {
-        vec![false; self.values.values.len()]
-    }
-
-    fn model<'a>(&'a self, terminal: &'a [bool]) -> Result<Model<'a>, OpError> {
-        let [state, action] = &self.rewards.dims[..] else {
+impl<'a> Learned<'a> {
+    fn of(values: &'a Array, transitions: &'a Array, rewards: &'a Array) -> Result<Self, OpError> {
+        let [state, action] = &rewards.dims[..] else {
             return Err(unfit("rewards", "`state` and `action`"));
         };
         if (state.name.as_str(), action.name.as_str()) != ("state", "action") {
             return Err(unfit("rewards", "`state` and `action`"));
         }
-        if self.values.dims != [state.clone()] {
+        if values.dims != [state.clone()] {
             return Err(unfit("values", "the states of the rewards"));
         }
         let next = Dim::new("next", state.labels.clone());
-        if self.transitions.dims != [state.clone(), action.clone(), next] {
+        if transitions.dims != [state.clone(), action.clone(), next] {
             return Err(unfit("transitions", "`state`, `action` and `next` as the rewards are"));
         }
-        Ok(Model { transitions: &self.transitions.values, rewards: &self.rewards.values, terminal })
+        Ok(Self { values, transitions, rewards, terminal: vec![false; state.len()] })
     }
 
-    fn policy<'a>(&self, policy: &'a Array) -> Result<&'a [f64], OpError> {
+    fn model(&self) -> Model<'_> {
+        let (transitions, rewards) = (&self.transitions.values, &self.rewards.values);
+        Model { transitions, rewards, terminal: &self.terminal }
+    }
+
+    fn policy<'p>(&self, policy: &'p Array) -> Result<&'p [f64], OpError> {
         if policy.dims != self.rewards.dims {
             return Err(unfit("policy", "the states and actions of the rewards"));
         }
         Ok(&policy.values)
     }
 
-    /// Members from `k` on, each a number for everything that `dims` say.
-    fn ensemble(members: &[Vec<f64>], first: usize, dims: &[Dim]) -> Array {
-        let steps = (first..first + members.len()).map(real).collect();
-        let mut all = vec![Dim::new("k", Labels::Numbers(steps))];
-        all.extend(dims.iter().cloned());
-        Array { dims: all, values: members.concat() }
+    /// The implicit ensemble of the states under a policy: `[n + 1][S]`.
+    fn evaluated(&self, policy: &Array, n: usize, discount: f64) -> Result<Vec<Vec<f64>>, OpError> {
+        let (model, policy) = (self.model(), self.policy(policy)?);
+        let operator = |v: &[f64]| evaluation(&model, policy, discount, v);
+        Ok(implicit_ensemble(operator, &self.values.values, n))
     }
+}
+
+/// Members from `k` on, each a number for everything that `dims` say.
+fn ensemble(members: &[Vec<f64>], first: usize, dims: &[Dim]) -> Array {
+    let steps = (first..first + members.len()).map(real).collect();
+    let mut all = vec![Dim::new("k", Labels::Numbers(steps))];
+    all.extend(dims.iter().cloned());
+    Array { dims: all, values: members.concat() }
 }
 
 fn unfit(what: &str, over: &str) -> OpError {
@@ -139,47 +148,36 @@ fn unfit(what: &str, over: &str) -> OpError {
 
 impl Op for ImplicitValues {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let Self { values, transitions, rewards, .. } = self;
-        let learned = Learned { values, transitions, rewards };
-        let terminal = learned.endless();
-        let (model, policy) = (learned.model(&terminal)?, learned.policy(&self.policy)?);
-        let operator = |v: &[f64]| evaluation(&model, policy, self.discount, v);
-        let members = implicit_ensemble(operator, &values.values, self.n);
-        Ok(Learned::ensemble(&members, 0, &values.dims))
+        let learned = Learned::of(&self.values, &self.transitions, &self.rewards)?;
+        let members = learned.evaluated(&self.policy, self.n, self.discount)?;
+        Ok(ensemble(&members, 0, &self.values.dims))
     }
 }
 
 impl Op for ImplicitOptimalValues {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let Self { values, transitions, rewards, .. } = self;
-        let learned = Learned { values, transitions, rewards };
-        let terminal = learned.endless();
-        let model = learned.model(&terminal)?;
+        let learned = Learned::of(&self.values, &self.transitions, &self.rewards)?;
+        let model = learned.model();
         let operator = |v: &[f64]| optimality(&model, self.discount, v);
-        let members = implicit_ensemble(operator, &values.values, self.n);
-        Ok(Learned::ensemble(&members, 0, &values.dims))
+        let members = implicit_ensemble(operator, &self.values.values, self.n);
+        Ok(ensemble(&members, 0, &self.values.dims))
     }
 }
 
 impl Op for ImplicitActionValues {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let Self { values, transitions, rewards, .. } = self;
-        let learned = Learned { values, transitions, rewards };
-        let terminal = learned.endless();
-        let (model, policy) = (learned.model(&terminal)?, learned.policy(&self.policy)?);
-        let operator = |v: &[f64]| evaluation(&model, policy, self.discount, v);
-        let states = implicit_ensemble(operator, &values.values, self.n);
-        let members = implicit_action_ensemble(&model, self.discount, &states);
-        Ok(Learned::ensemble(&members, 1, &rewards.dims))
+        let learned = Learned::of(&self.values, &self.transitions, &self.rewards)?;
+        let states = learned.evaluated(&self.policy, self.n, self.discount)?;
+        let members = implicit_action_ensemble(&learned.model(), self.discount, &states);
+        Ok(ensemble(&members, 1, &self.rewards.dims))
     }
 }
 
 impl Op for SampledValues {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let Self { values, transitions, rewards, .. } = self;
-        let learned = Learned { values, transitions, rewards };
-        let terminal = learned.endless();
-        let (model, policy) = (learned.model(&terminal)?, learned.policy(&self.policy)?);
+        let learned = Learned::of(&self.values, &self.transitions, &self.rewards)?;
+        let (model, policy) = (learned.model(), learned.policy(&self.policy)?);
+        let values = &self.values;
         let n_states = values.values.len();
         let mut members = vec![vec![0.0; n_states]; self.n + 1];
         for state in 0..n_states {
@@ -193,7 +191,7 @@ impl Op for SampledValues {
                 }
             }
         }
-        Ok(Learned::ensemble(&members, 0, &values.dims))
+        Ok(ensemble(&members, 0, &values.dims))
     }
 }
 

@@ -7,7 +7,6 @@ use rand_distr::{Distribution as _, StandardNormal};
 use super::policy::{greedy_policy, n_actions};
 use crate::artifact::Rollouts;
 use crate::ke::KnowledgeEquivalent;
-use crate::math::moments::real;
 use crate::math::order::max;
 use crate::planner::equivalents;
 
@@ -63,12 +62,8 @@ impl Op for QEnsemble {
                 }
             }
         }
-        let numbers = |n: usize| Labels::Numbers((0..n).map(real).collect());
-        let dims = vec![
-            Dim::new("member", numbers(self.members)),
-            Dim::new("state", numbers(*n_states)),
-            Dim::new("action", Labels::Names(actions.clone())),
-        ];
+        let mut dims = vec![Dim::new("member", Labels::count(self.members))];
+        dims.extend(self.from.pairs());
         Ok(Array { dims, values: members.concat() })
     }
 }

@@ -4,7 +4,6 @@ use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 use crate::env::Env;
 use crate::math::markov_chain::{hits, induced, occupancy};
-use crate::math::moments::real;
 
 declare! {
     /// How probably a policy is in a state after each number of steps from another on, by the Markov chain that it
@@ -34,7 +33,7 @@ impl Op for Reach {
         }
         let chain = induced(&mdp.model(), mdp.policy(&self.policy)?);
         let reached = if self.ever { hits } else { occupancy };
-        let steps = Labels::Numbers((0..=self.steps).map(real).collect());
+        let steps = Labels::count(self.steps + 1);
         Ok(Array::series(Dim::new("l", steps), reached(&chain, (self.from, self.to), self.steps)))
     }
 }

@@ -1,6 +1,6 @@
 //! Learning with a number for everything, by gradient descent (§C.2.1).
 
-use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, declare};
+use ivx_op::{Array, Ctx, Dim, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
@@ -8,105 +8,90 @@ use crate::artifact::Rollouts;
 use crate::math::moments::real;
 use crate::math::tabular::probabilities;
 use crate::nn::optim::Pull;
-use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Shape, Turns, Var};
+use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Real as _, Shape, Turns, Var};
 
-declare! {
+macro_rules! tables {
+    ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal [$($dim:ident),+] { $($own:tt)* })+) => {$(
+        declare! {
+            $(#[doc = $doc])+
+            pub struct $ty = $name @ 1, stochastic -> Array [$($dim),+] {
+                /// The episodes.
+                from: One<Rollouts>;
+                $($own)*
+                /// How the loss is lowered.
+                optimiser: Box<dyn Optimiser> = Part::new("adam")
+                    .with("lr", Part::new("constant").with("value", 5e-3));
+                /// How often it goes through the steps.
+                epochs: u64 = 500, in 0.0..;
+                /// How many steps an update looks at; 0 for all.
+                batch: usize = 128, in 0.0..;
+                /// Which member of an ensemble it is, told apart by where it starts (Remark 2.7).
+                member: usize = 0, in 0.0..;
+                /// And by its own resample of the steps, as many with replacement.
+                bootstrap: bool = false;
+            }
+        }
+
+        impl $ty {
+            fn learning(&self) -> Learning<'_> {
+                Learning {
+                    from: &self.from.0,
+                    optimiser: &*self.optimiser,
+                    epochs: self.epochs,
+                    batch: self.batch,
+                    member: self.member,
+                    bootstrap: self.bootstrap,
+                }
+            }
+        }
+    )+};
+}
+
+tables! {
     /// Action values learned by expected SARSA (Eqn. 2.44): `Σ_a' π(a' | s') q(s', a')` is what follows.
     ///
     /// They start from a normal distribution, and an update lowers the mean squared error of a batch of steps,
     /// whose targets have no gradient. What was never tried stays where it started.
-    pub struct TabularValues = "tabular_values" @ 1, stochastic -> Array [state, action] {
-        /// The episodes.
-        from: One<Rollouts>;
+    TabularValues = "tabular_values" [state, action] {
         /// The policy whose values they are.
         policy: One<Array>;
         /// What a reward one step later is worth.
         discount: f64 = 0.99, in 0.0..=1.0;
-        /// How the loss is lowered.
-        optimiser: Box<dyn Optimiser> = Part::new("adam")
-            .with("lr", Part::new("constant").with("value", 5e-3));
-        /// How often it goes through the steps.
-        epochs: u64 = 500, in 0.0..;
-        /// How many steps an update looks at; 0 for all.
-        batch: usize = 128, in 0.0..;
-        /// Which member of an ensemble it is, told apart as Remark 2.7 says: by where it starts.
-        member: usize = 0, in 0.0..;
-        /// And by its own resample of the steps, as many with replacement.
-        bootstrap: bool = false;
     }
-}
 
-declare! {
     /// The probabilities of the states that follow each action, learned by maximum likelihood (Eqn. 2.51) as the
     /// logits of a softmax, which start from a normal distribution.
-    pub struct TabularModel = "tabular_model" @ 1, stochastic -> Array [state, action, next] {
-        /// The episodes.
-        from: One<Rollouts>;
-        /// How the loss is lowered.
-        optimiser: Box<dyn Optimiser> = Part::new("adam")
-            .with("lr", Part::new("constant").with("value", 5e-3));
-        /// How often it goes through the steps.
-        epochs: u64 = 500, in 0.0..;
-        /// How many steps an update looks at; 0 for all.
-        batch: usize = 128, in 0.0..;
-        /// Which member of an ensemble it is, told apart by where it starts (Remark 2.7).
-        member: usize = 0, in 0.0..;
-        /// And by its own resample of the steps, as many with replacement.
-        bootstrap: bool = false;
-    }
-}
+    TabularModel = "tabular_model" [state, action, next] {}
 
-declare! {
     /// The reward of each action in each state, learned by maximum likelihood with Gaussian noise (Eqn. 2.51) from
     /// a normal distribution on.
-    pub struct TabularRewards = "tabular_rewards" @ 1, stochastic -> Array [state, action] {
-        /// The episodes.
-        from: One<Rollouts>;
-        /// How the loss is lowered.
-        optimiser: Box<dyn Optimiser> = Part::new("adam")
-            .with("lr", Part::new("constant").with("value", 5e-3));
-        /// How often it goes through the steps.
-        epochs: u64 = 500, in 0.0..;
-        /// How many steps an update looks at; 0 for all.
-        batch: usize = 128, in 0.0..;
-        /// Which member of an ensemble it is, told apart by where it starts (Remark 2.7).
-        member: usize = 0, in 0.0..;
-        /// And by its own resample of the steps, as many with replacement.
-        bootstrap: bool = false;
-    }
+    TabularRewards = "tabular_rewards" [state, action] {}
 }
 
 impl Op for TabularValues {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let dims = pairs(&self.from);
+        let dims = self.from.pairs();
         if self.policy.dims != dims {
             let why = "the policy is not over `state` and `action` of the episodes' environment";
             return Err(OpError::Failed(why.to_owned()));
         }
-        let width = self.from.actions.len();
-        let policy: Vec<f32> = self.policy.values.iter().map(|p| single(*p)).collect();
-        let learning = Learning {
-            optimiser: &*self.optimiser,
-            epochs: self.epochs,
-            batch: self.batch,
-            member: (self.member, self.bootstrap),
-        };
+        let policy = self.policy.values.iter().map(|p| f32::of(*p)).collect();
         let loss = |graph: &Graph<f32>, [table, policy]: [ParamId; 2], steps: &Steps| {
-            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
             let follows = graph.still(|| {
-                let next = column(&steps.next);
+                let next = column(graph, &steps.next);
                 let (q, policy) = (graph.embedding(next, table), graph.embedding(next, policy));
                 graph.sum_items(graph.mul(q, policy))
             });
             // Nothing follows the end of an episode.
-            let follows = graph.mul(follows, column(&steps.goes_on));
-            let target =
-                graph.add(column(&steps.rewards), graph.affine(follows, self.discount, 0.0));
-            let q = graph.embedding(column(&steps.states), table);
-            let tried = graph.pick(q, column(&steps.actions));
+            let follows = graph.mul(follows, column(graph, &steps.goes_on));
+            let rewards = column(graph, &steps.rewards);
+            let target = graph.add(rewards, graph.affine(follows, self.discount, 0.0));
+            let q = graph.embedding(column(graph, &steps.states), table);
+            let tried = graph.pick(q, column(graph, &steps.actions));
             graph.mean(graph.square(graph.sub(tried, target)))
         };
-        let values = learning.table(&self.from, [self.from.n_states, width], policy, ctx, loss)?;
+        let shape = [self.from.n_states, self.from.actions.len()];
+        let values = self.learning().table(shape, policy, ctx, loss)?;
         Ok(Array { dims, values })
     }
 }
@@ -114,20 +99,12 @@ impl Op for TabularValues {
 impl Op for TabularModel {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
         let (n, width) = (self.from.n_states, self.from.actions.len());
-        let learning = Learning {
-            optimiser: &*self.optimiser,
-            epochs: self.epochs,
-            batch: self.batch,
-            member: (self.member, self.bootstrap),
-        };
         let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps| {
-            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
-            let logits = graph.embedding(column(&steps.pairs), table);
-            graph.mean(graph.cross_entropy(logits, column(&steps.next)))
+            let logits = graph.embedding(column(graph, &steps.pairs), table);
+            graph.mean(graph.cross_entropy(logits, column(graph, &steps.next)))
         };
-        let logits =
-            learning.table(&self.from, [n * width, n], vec![0.0; n * width * n], ctx, loss)?;
-        let mut dims = pairs(&self.from);
+        let logits = self.learning().table([n * width, n], Vec::new(), ctx, loss)?;
+        let mut dims = self.from.pairs();
         dims.push(Dim::new("next", dims[0].labels.clone()));
         Ok(Array { dims, values: probabilities(&logits, n) })
     }
@@ -135,38 +112,28 @@ impl Op for TabularModel {
 
 impl Op for TabularRewards {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let (n, width) = (self.from.n_states, self.from.actions.len());
-        let learning = Learning {
-            optimiser: &*self.optimiser,
-            epochs: self.epochs,
-            batch: self.batch,
-            member: (self.member, self.bootstrap),
-        };
         let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps| {
-            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
-            let rewards = graph.embedding(column(&steps.pairs), table);
-            graph.mean(graph.square(graph.sub(rewards, column(&steps.rewards))))
+            let rewards = graph.embedding(column(graph, &steps.pairs), table);
+            graph.mean(graph.square(graph.sub(rewards, column(graph, &steps.rewards))))
         };
-        let values = learning.table(&self.from, [n * width, 1], vec![0.0; n * width], ctx, loss)?;
-        Ok(Array { dims: pairs(&self.from), values })
+        let n_pairs = self.from.n_states * self.from.actions.len();
+        let values = self.learning().table([n_pairs, 1], Vec::new(), ctx, loss)?;
+        Ok(Array { dims: self.from.pairs(), values })
     }
 }
 
-/// The dimensions of what is said of each action in each state.
-fn pairs(of: &Rollouts) -> Vec<Dim> {
-    let numbers = (0..of.n_states).map(real).collect();
-    vec![
-        Dim::new("state", Labels::Numbers(numbers)),
-        Dim::new("action", Labels::Names(of.actions.clone())),
-    ]
+fn column(graph: &Graph<f32>, values: &[f32]) -> Var {
+    graph.input(Shape::vectors(values.len(), 1), values)
 }
 
 /// How a table is learned.
 struct Learning<'a> {
+    from: &'a Rollouts,
     optimiser: &'a dyn Optimiser,
     epochs: u64,
     batch: usize,
-    member: (usize, bool),
+    member: usize,
+    bootstrap: bool,
 }
 
 /// Steps of episodes, by what is known of each. States and actions are places, as tables take them.
@@ -189,11 +156,11 @@ impl Steps {
             for (t, (&action, &reward)) in e.actions.iter().zip(&e.rewards).enumerate() {
                 let ends = e.ended && t + 1 == e.actions.len();
                 let pair = e.states[t] * rollouts.actions.len() + action;
-                all.states.push(single(real(e.states[t])));
-                all.actions.push(single(real(action)));
-                all.pairs.push(single(real(pair)));
-                all.rewards.push(single(reward));
-                all.next.push(single(real(e.states[t + 1])));
+                all.states.push(f32::of(real(e.states[t])));
+                all.actions.push(f32::of(real(action)));
+                all.pairs.push(f32::of(real(pair)));
+                all.rewards.push(f32::of(reward));
+                all.next.push(f32::of(real(e.states[t + 1])));
                 all.goes_on.push(if ends { 0.0 } else { 1.0 });
             }
         }
@@ -222,24 +189,22 @@ impl Steps {
 }
 
 impl Learning<'_> {
-    /// A table of this shape after training on the steps of episodes. The loss is told where it lies, and where
-    /// `given` does, another that is not learned.
+    /// A table of this shape after training on the steps of the episodes. The loss is told where it lies, and where
+    /// the rows `given` do, which are not learned.
     fn table(
         &self,
-        from: &Rollouts,
         shape: [usize; 2],
         given: Vec<f32>,
         ctx: &Ctx,
         loss: impl Fn(&Graph<f32>, [ParamId; 2], &Steps) -> Var,
     ) -> Result<Vec<f64>, OpError> {
-        let (member, bootstrap) = self.member;
-        let member = member.to_string();
-        let mut all = Steps::of(from);
+        let member = self.member.to_string();
+        let mut all = Steps::of(self.from);
         let n = all.len();
         if n == 0 {
             return Err(OpError::Failed("there are no steps to learn from".to_owned()));
         }
-        if bootstrap {
+        if self.bootstrap {
             let mut rng = ctx.rng("bootstrap", &[&member]);
             let places: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
             let mut resampled = Steps::default();
@@ -250,20 +215,20 @@ impl Learning<'_> {
         let start = (0..shape[0] * shape[1]).map(|_| StandardNormal.sample(&mut init)).collect();
         let mut params = Params::default();
         let table = params.add("table".to_owned(), shape.to_vec(), start);
-        let tables = [table, params.add_fixed("given".to_owned(), shape.to_vec(), given)];
+        let rows = vec![given.len() / shape[1], shape[1]];
+        let tables = [table, params.add_fixed("given".to_owned(), rows, given)];
         let graph = Graph::new(params);
 
         let mut turns = Turns::new(n, self.batch);
-        let in_an_epoch = if turns.is_some() { n / self.batch } else { 1 } as u64;
-        let steps = self.epochs.saturating_mul(in_an_epoch);
+        let steps = self.epochs.saturating_mul(turns.in_a_pass());
         let how = Descent { optimiser: self.optimiser, pull: Pull::NONE, steps };
         let mut shown = Steps::default();
-        nn::descend(&graph, &how, ctx, |graph, t| match &mut turns {
-            None => loss(graph, tables, &all),
-            Some(turns) => {
-                shown.take(&all, turns.turn(t, ctx));
-                loss(graph, tables, &shown)
+        nn::descend(&graph, &how, ctx, |graph, t| {
+            if turns.are_whole() {
+                return loss(graph, tables, &all);
             }
+            shown.take(&all, turns.turn(t, ctx));
+            loss(graph, tables, &shown)
         });
         let params = graph.params();
         let values: Vec<f64> = params.value(table).iter().map(|x| f64::from(*x)).collect();
@@ -273,11 +238,6 @@ impl Learning<'_> {
         }
         Ok(values)
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "tables are in single precision")]
-fn single(x: f64) -> f32 {
-    x as f32
 }
 
 #[cfg(test)]

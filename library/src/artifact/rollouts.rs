@@ -1,6 +1,6 @@
 //! What agents experienced.
 
-use ivx_op::{Artifact, Data, Tensors};
+use ivx_op::{Artifact, Data, Dim, Labels, Tensors};
 
 /// Episodes of an agent in a finite environment (Eqn. 2.35).
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,20 @@ pub struct Episode {
     pub rewards: Vec<f64>,
     /// Whether its last state is terminal; if not, it was cut off.
     pub ended: bool,
+}
+
+impl Rollouts {
+    /// The dimension of the states, by number.
+    #[must_use]
+    pub fn states(&self) -> Dim {
+        Dim::new("state", Labels::count(self.n_states))
+    }
+
+    /// The dimensions of what is said of each action in each state.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<Dim> {
+        vec![self.states(), Dim::new("action", Labels::Names(self.actions.clone()))]
+    }
 }
 
 impl Artifact for Rollouts {

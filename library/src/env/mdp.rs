@@ -85,7 +85,7 @@ impl Mdp {
     /// The dimension of the states, by number.
     #[must_use]
     pub fn states(&self) -> Dim {
-        Dim::new("state", Labels::Numbers((0..self.n_states()).map(real).collect()))
+        Dim::new("state", Labels::count(self.n_states()))
     }
 
     /// The dimensions of what is said of each action in each state.

@@ -167,7 +167,6 @@ mod tests {
     use ivx_op::{Gathered, Labels};
     use rand_distr::{Distribution as _, StandardNormal};
 
-    use super::super::count_labels;
     use super::*;
 
     const CTX: Ctx = Ctx::new("claim", 0, None);
@@ -178,7 +177,7 @@ mod tests {
 
     /// One number a seed.
     fn seeds(xs: &[f64]) -> Everything<Array> {
-        let seed = Dim::new("seed", count_labels(xs.len()));
+        let seed = Dim::new("seed", Labels::count(xs.len()));
         let values = xs.iter().copied().map(Array::scalar).collect();
         Everything(Gathered { dims: vec![seed], values, name: String::new() })
     }

@@ -19,8 +19,6 @@ mod sort;
 
 use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
-use crate::math::moments::real;
-
 pub use accuracy::Accuracy;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use claim::Claim;
@@ -76,17 +74,12 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Claim>()
 }
 
-/// The labels `0, …, n − 1`.
-fn count_labels(n: usize) -> Labels {
-    Labels::Numbers((0..n).map(real).collect())
-}
-
 /// Joins the members' numbers at each coordinate into one.
 ///
 /// # Errors
 /// If the members differ in their dimensions.
 fn over_members(members: &[Array], join: impl Fn(&[f64]) -> f64) -> Result<Array, OpError> {
-    let member = Dim::new("#member", count_labels(members.len()));
+    let member = Dim::new("#member", Labels::count(members.len()));
     let gathered = Gathered { dims: vec![member], values: members.to_vec(), name: String::new() };
     let stacked = Array::stack(&gathered).map_err(OpError::Failed)?;
     reduce::reduce(&stacked, &["#member".to_owned()], join)

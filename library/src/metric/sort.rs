@@ -1,8 +1,7 @@
 //! Sorting.
 
-use ivx_op::{Array, AxisNames, Ctx, Dim, Named, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, Dim, Labels, Named, Op, OpError, declare};
 
-use super::count_labels;
 use super::reduce::Groups;
 use crate::math::order::sorted;
 
@@ -24,7 +23,7 @@ impl Op for Sort {
         if dims.iter().any(|dim| dim.name == "rank") {
             return Err(OpError::Failed("the value already has a dimension `rank`".to_owned()));
         }
-        dims.push(Dim::new("rank", count_labels(groups.offsets.len())));
+        dims.push(Dim::new("rank", Labels::count(groups.offsets.len())));
         let values = groups.starts.iter().flat_map(|&start| sorted(&groups.gather(&x, start)));
         Ok(Array { values: values.collect(), dims })
     }
@@ -38,7 +37,7 @@ mod tests {
 
     #[test]
     fn each_group_is_sorted_by_itself() {
-        let member = Dim::new("member", count_labels(3));
+        let member = Dim::new("member", Labels::count(3));
         let ke = Dim::new("#0", Labels::Names(vec!["WCM".into(), "MA".into()]));
         let rows = [vec![3.0, 1.0, 2.0], vec![0.0, -1.0, 9.0]];
         let values = rows.map(|row| Array::series(member.clone(), row)).to_vec();
@@ -46,7 +45,7 @@ mod tests {
         let over = AxisNames(vec!["member".to_owned()]);
         let ctx = Ctx::new("sort", 0, None);
         let ranked = Sort { x, over }.run(&ctx).unwrap();
-        assert_eq!(ranked.dims, [ke, Dim::new("rank", count_labels(3))]);
+        assert_eq!(ranked.dims, [ke, Dim::new("rank", Labels::count(3))]);
         assert_eq!(ranked.values, [1.0, 2.0, 3.0, -1.0, 0.0, 9.0]);
     }
 }

@@ -41,7 +41,7 @@ pub fn descend(
     }
 }
 
-/// Which of `n` items a step looks at: so many at a time, in an order drawn anew for every pass, leaving out
+/// Which of `n` items a step looks at: all, or so many at a time, in an order drawn anew for every pass, leaving out
 /// what does not fill a batch.
 #[derive(Debug)]
 pub struct Turns {
@@ -51,20 +51,43 @@ pub struct Turns {
 }
 
 impl Turns {
-    /// Batches of `size` of `n` items; none where that is all of them, or `size` is 0.
+    /// Batches of `size` of `n` items, of all where there are not more, or it is 0.
     #[must_use]
-    pub fn new(n: usize, size: usize) -> Option<Self> {
-        let is_whole = size == 0 || n <= size;
-        (!is_whole).then(|| Self { order: (0..n).collect(), size, pass: None })
+    pub fn new(n: usize, size: usize) -> Self {
+        let size = if size == 0 { n } else { size.min(n) };
+        Self { order: (0..n).collect(), size, pass: None }
+    }
+
+    /// Whether every step looks at all, in their order.
+    #[must_use]
+    pub fn are_whole(&self) -> bool {
+        self.size == self.order.len()
+    }
+
+    /// How many items a step looks at.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// How many steps a pass through the items has.
+    ///
+    /// # Panics
+    /// If there are no items.
+    #[must_use]
+    pub fn in_a_pass(&self) -> u64 {
+        (self.order.len() / self.size) as u64
     }
 
     /// The items of step `t`.
     ///
     /// # Panics
-    /// If there are so many items that a step's place among them is no index.
+    /// If there are no items, or so many that a step's place among them is no index.
     pub fn turn(&mut self, t: u64, ctx: &Ctx) -> &[usize] {
-        let in_a_pass = (self.order.len() / self.size) as u64;
-        let (pass, place) = (t / in_a_pass, t % in_a_pass);
+        if self.are_whole() {
+            return &self.order;
+        }
+        let (pass, place) = (t / self.in_a_pass(), t % self.in_a_pass());
         if self.pass != Some(pass) {
             self.order.iter_mut().enumerate().for_each(|(i, item)| *item = i);
             self.order.shuffle(&mut ctx.rng("batches", &[&pass.to_string()]));

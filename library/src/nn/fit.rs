@@ -69,7 +69,7 @@ fn objective(
     dropout: &mut ChaCha8Rng,
 ) -> Var {
     let (input, target) = (&net.form.input[..], &net.form.target[..]);
-    let n = batches.shown;
+    let n = batches.turns.size();
     let x = graph.input(batch(n, input), &batches.x.shown);
     let mut f = net.module.pass(graph, params, (x, input), &mut Mode::Train(dropout));
     if !batches.prior.shown.is_empty() {
@@ -84,10 +84,8 @@ struct Batches {
     y: Column,
     /// What the prior network adds; nothing without one.
     prior: Column,
-    /// How many are shown at a time.
-    shown: usize,
-    /// Which those are; none where all are shown.
-    turns: Option<Turns>,
+    /// Which are shown.
+    turns: Turns,
 }
 
 /// Numbers of every observation, and those that are shown.
@@ -103,7 +101,7 @@ impl Batches {
         let turns = Turns::new(n, size);
         let column = |all: Vec<f32>| {
             let (width, shown) =
-                (all.len() / n, if turns.is_none() { all.clone() } else { Vec::new() });
+                (all.len() / n, if turns.are_whole() { all.clone() } else { Vec::new() });
             Column { all, width, shown }
         };
         let x = singles(&data.x);
@@ -113,19 +111,15 @@ impl Batches {
             let prior = outputs(net, PRIOR, &x).into_iter();
             singles(&prior.map(|y| net.prior_scale * y).collect::<Vec<_>>())
         };
-        Self {
-            y: column(singles(&data.y)),
-            prior: column(prior),
-            x: column(x),
-            shown: if turns.is_none() { n } else { size },
-            turns,
-        }
+        Self { y: column(singles(&data.y)), prior: column(prior), x: column(x), turns }
     }
 
     /// Shows the batch of step `t`.
     fn turn(&mut self, t: u64, ctx: &Ctx) {
-        let Some(turns) = &mut self.turns else { return };
-        let items = turns.turn(t, ctx);
+        if self.turns.are_whole() {
+            return;
+        }
+        let items = self.turns.turn(t, ctx);
         for column in [&mut self.x, &mut self.y, &mut self.prior] {
             column.shown.clear();
             for &i in items {

@@ -5,7 +5,6 @@ use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 use super::reconstruction::transitions;
 use super::{Windows, fits, table};
 use crate::artifact::{Rollouts, WorldModel};
-use crate::math::moments::real;
 use crate::nn::{Bodies, Graph, Heads, Var, partial_losses};
 
 declare! {
@@ -89,7 +88,7 @@ impl Op for UnrolledErrors {
         let values = (0..=self.unroll).flat_map(|k| {
             [losses.value[k], losses.policy[k], losses.reward[k]].map(|loss| scalar(&graph, loss))
         });
-        let steps = Dim::new("k", Labels::Numbers((0..=self.unroll).map(real).collect()));
+        let steps = Dim::new("k", Labels::count(self.unroll + 1));
         Ok(Array {
             values: values.collect(),
             dims: vec![steps, parts(&["value", "policy", "reward"])],

@@ -4,7 +4,6 @@ use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 use super::hot;
 use crate::artifact::WorldModel;
-use crate::math::moments::real;
 use crate::nn::{Bodies, Shape};
 
 declare! {
@@ -29,7 +28,7 @@ impl Op for LatentStates {
         }
         let states = graph.input(Shape::vectors(layout.n_states, layout.n_states), &states);
         let latent = graph.still(|| nets.latent().representation.of(&graph, states));
-        let dim = |name, n| Dim::new(name, Labels::Numbers((0..n).map(real).collect()));
+        let dim = |name, n| Dim::new(name, Labels::count(n));
         Ok(Array {
             dims: vec![dim("state", layout.n_states), dim("latent", layout.latent)],
             values: graph.value(latent).into_iter().map(f64::from).collect(),

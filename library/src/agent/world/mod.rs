@@ -6,7 +6,7 @@ mod partial;
 mod process;
 mod reconstruction;
 
-use ivx_op::{Array, Ctx, Dim, Labels, OpError, Registry};
+use ivx_op::{Array, Ctx, OpError, Registry};
 
 pub use errors::{ModelErrors, UnrolledErrors};
 pub use latent_states::LatentStates;
@@ -15,8 +15,11 @@ pub use process::{ProcessModel, ProcessValues};
 pub use reconstruction::ReconstructionModel;
 
 use crate::artifact::{Layout, Rollouts, WorldModel};
-use crate::math::moments::real;
-use crate::nn::{self, Curve, Graph, Module, Net, Paths, Shape, Var};
+use crate::nn::optim::Pull;
+use crate::nn::{
+    self, Bodies, Curve, Descent, Graph, Module, Net, Optimiser, Paths, Real as _, Shape, Turns,
+    Var,
+};
 
 /// Adds what this folder declares.
 pub(super) fn register(registry: Registry) -> Registry {
@@ -30,37 +33,61 @@ pub(super) fn register(registry: Registry) -> Registry {
         .op::<UnrolledErrors>()
 }
 
-/// A model with the networks that all have and those of `heads`, before training. Latent states lie between −1
-/// and 1.
+/// The networks that all models of finite environments have.
+const LATENT: [&str; 3] = ["representation", "dynamics", "reward"];
+
+/// A layout for the environment of some episodes, without networks.
+fn layout(of: &Rollouts, latent: usize) -> Layout {
+    Layout { n_states: of.n_states, actions: of.actions.clone(), latent, nets: [].into() }
+}
+
+/// A model with these networks besides those of its layout, before training. Latent states lie between −1 and 1.
 fn untrained(
-    of: &Rollouts,
-    (net, latent): (&dyn Net, usize),
-    heads: &[&str],
+    mut layout: Layout,
+    net: &dyn Net,
+    names: &[&str],
     ctx: &Ctx,
 ) -> Result<WorldModel, OpError> {
-    let mut layout =
-        Layout { n_states: of.n_states, actions: of.actions.clone(), latent, nets: [].into() };
-    for name in ["representation", "dynamics", "reward"].iter().chain(heads) {
+    for &name in names {
         let (inputs, outputs) = layout.widths(name).expect("it is a network of world models");
         let module = nn::headed(net, &[inputs], &[outputs])
             .map_err(|misfit| OpError::Failed(misfit.message))?;
-        let module = match (module, *name) {
+        let module = match (module, name) {
             (Module::Sequence(mut layers), "representation" | "dynamics") => {
                 layers.push(Module::Curve(Curve::Tanh));
                 Module::Sequence(layers)
             }
             (module, _) => module,
         };
-        layout.nets.insert((*name).to_owned(), module);
+        layout.nets.insert(name.to_owned(), module);
     }
     Ok(nn::drawn(layout, &mut ctx.rng("init", &[])))
 }
 
-/// The trained model, unless training diverged.
-fn checked(model: WorldModel, steps: u64) -> Result<WorldModel, OpError> {
+/// How a model is trained.
+struct Training<'a> {
+    optimiser: &'a dyn Optimiser,
+    batch: usize,
+    steps: u64,
+}
+
+/// A model after updates that lower a loss of some of `n` items.
+fn trained(
+    mut model: WorldModel,
+    n: usize,
+    how: &Training<'_>,
+    ctx: &Ctx,
+    loss: impl Fn(&Graph<f32>, &Bodies<'_>, &[usize]) -> Var,
+) -> Result<WorldModel, OpError> {
+    let (graph, nets) = Bodies::of(&model);
+    let mut turns = Turns::new(n, how.batch);
+    let descent = Descent { optimiser: how.optimiser, pull: Pull::NONE, steps: how.steps };
+    nn::descend(&graph, &descent, ctx, |graph, t| loss(graph, &nets, turns.turn(t, ctx)));
+    nn::learned(&graph, &mut model);
     if model.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
         return Err(OpError::Failed(format!(
-            "training diverged within {steps} steps: lower the learning rate"
+            "training diverged within {} steps: lower the learning rate",
+            how.steps
         )));
     }
     Ok(model)
@@ -136,16 +163,16 @@ impl<'a> Windows<'a> {
             rewards: self.each(0, |k| {
                 column(1, k, &|place, k, all| {
                     let (episode, t) = after(place, k);
-                    all.push(single(episode.rewards[t]));
+                    all.push(f32::of(episode.rewards[t]));
                 })
             }),
             values: self.each(1, |k| {
-                column(1, k, &|place, k, all| all.push(single(values[state(place, k)])))
+                column(1, k, &|place, k, all| all.push(f32::of(values[state(place, k)])))
             }),
             policies: self.each(1, |k| {
                 column(width, k, &|place, k, all| {
                     let row = &policy[state(place, k) * width..][..width];
-                    all.extend(row.iter().map(|p| single(*p)));
+                    all.extend(row.iter().map(|p| f32::of(*p)));
                 })
             }),
         }
@@ -163,22 +190,16 @@ fn hot(place: usize, width: usize, to: &mut Vec<f32>) {
     to[start + place] = 1.0;
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "networks are in single precision")]
-fn single(x: f64) -> f32 {
-    x as f32
-}
-
 /// The numbers of an array over the states that episodes are of, and over actions where `by_action`.
 fn table<'a>(x: &'a Array, of: &Rollouts, by_action: bool) -> Result<&'a [f64], OpError> {
-    let numbers = (0..of.n_states).map(real).collect();
-    let mut wanted = vec![Dim::new("state", Labels::Numbers(numbers))];
-    if by_action {
-        wanted.push(Dim::new("action", Labels::Names(of.actions.clone())));
-    }
+    let (wanted, over) = if by_action {
+        (of.pairs(), "`state` and `action`")
+    } else {
+        (vec![of.states()], "`state`")
+    };
     if x.dims == wanted {
         return Ok(&x.values);
     }
-    let over = if by_action { "`state` and `action`" } else { "`state`" };
     Err(OpError::Failed(format!("expected numbers over {over} of the episodes' environment")))
 }
 

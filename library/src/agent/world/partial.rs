@@ -2,10 +2,9 @@
 
 use ivx_op::{Array, Ctx, One, Op, OpError, Part, declare};
 
-use super::{Windows, checked, table, untrained};
+use super::{LATENT, Training, Windows, layout, table, trained, untrained};
 use crate::artifact::{Rollouts, WorldModel};
-use crate::nn::optim::Pull;
-use crate::nn::{self, Bodies, Descent, Heads, Net, Optimiser, Turns, partial_losses};
+use crate::nn::{Heads, Net, Optimiser, partial_losses};
 
 declare! {
     /// A latent world model that predicts values, policies and rewards along its own steps (Eqn. 2.55, Example
@@ -43,22 +42,17 @@ impl Op for PartialModel {
     fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
         let targets =
             (table(&self.value, &self.from, false)?, table(&self.policy, &self.from, true)?);
-        let mut model =
-            untrained(&self.from, (&*self.net, self.latent), &["value", "policy"], ctx)?;
-        let (graph, nets) = Bodies::of(&model);
-        let heads = Heads { value: nets.body("value"), policy: nets.body("policy") };
+        let names = [&LATENT[..], &["value", "policy"]].concat();
+        let model = untrained(layout(&self.from, self.latent), &*self.net, &names, ctx)?;
         let windows = Windows::new(&self.from, self.unroll)?;
-        let mut turns = Turns::new(windows.starts.len(), self.batch);
-        let all: Vec<usize> = (0..windows.starts.len()).collect();
-        let how = Descent { optimiser: &*self.optimiser, pull: Pull::NONE, steps: self.steps };
-        nn::descend(&graph, &how, ctx, |graph, t| {
-            let places = turns.as_mut().map_or(&all[..], |turns| turns.turn(t, ctx));
+        let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
+        let how = Training { optimiser, batch, steps };
+        trained(model, windows.starts.len(), &how, ctx, |graph, nets, places| {
             let paths = windows.paths(graph, places, targets);
+            let heads = Heads { value: nets.body("value"), policy: nets.body("policy") };
             let losses = partial_losses(graph, &nets.latent(), &heads, &paths, self.scaled);
             let each = losses.value.into_iter().chain(losses.policy).chain(losses.reward);
             each.reduce(|a, b| graph.add(a, b)).expect("a path has a state")
-        });
-        nn::learned(&graph, &mut model);
-        checked(model, self.steps)
+        })
     }
 }

@@ -2,15 +2,11 @@
 
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Part, Wrong, declare};
 
-use super::{checked, single};
+use super::{Training, trained, untrained};
 use crate::artifact::{Dataset, Layout, WorldModel};
 use crate::env::Points;
 use crate::learner::form;
-use crate::math::moments::real;
-use crate::nn::optim::Pull;
-use crate::nn::{
-    self, Bodies, Curve, Descent, Module, Net, Optimiser, Shape, Turns, predicted_values,
-};
+use crate::nn::{Bodies, Module, Net, Optimiser, Real as _, Shape, predicted_values};
 
 declare! {
     /// A value function and a latent model of a Markov reward process whose states are numbers, learned together from
@@ -19,7 +15,7 @@ declare! {
     ///
     /// Latent states lie between −1 and 1. One follows another by long short-term memory with as many units, which
     /// sees it from a state of zeros (Eqn. 5.9c).
-    pub struct ProcessModel = "process_model" @ 1, stochastic -> WorldModel {
+    pub struct ProcessModel = "process_model" @ 2, stochastic -> WorldModel {
         /// States, and what each is worth.
         on: One<Dataset>;
         /// How many steps `K` it is unrolled.
@@ -61,44 +57,22 @@ declare! {
     }
 }
 
-impl ProcessModel {
-    fn untrained(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
-        let (n_states, actions, latent) = (1, Vec::new(), self.latent);
-        let mut layout = Layout { n_states, actions, latent, nets: [].into() };
-        let memory = Module::Lstm { inputs: latent, units: latent };
-        let memory = Module::Sequence(vec![memory, Module::Last]);
-        layout.nets.insert("dynamics".to_owned(), memory);
-        for name in ["representation", "value", "reward"] {
-            let (inputs, outputs) = layout.widths(name).expect("it is a network of world models");
-            let module = nn::headed(&*self.net, &[inputs], &[outputs])
-                .map_err(|misfit| OpError::Failed(misfit.message))?;
-            let module = if name == "representation" {
-                Module::Sequence(vec![module, Module::Curve(Curve::Tanh)])
-            } else {
-                module
-            };
-            layout.nets.insert(name.to_owned(), module);
-        }
-        Ok(nn::drawn(layout, &mut ctx.rng("init", &[])))
-    }
-}
-
 impl Op for ProcessModel {
     fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
         form::pairs("this operation", &self.on.form).map_err(form::failed)?;
-        let n = self.on.len();
-        if n == 0 {
+        if self.on.is_empty() {
             return Err(OpError::Failed("there are no states to learn from".to_owned()));
         }
-        let mut model = self.untrained(ctx)?;
-        let (graph, nets) = Bodies::of(&model);
-        let mut turns = Turns::new(n, self.batch);
-        let all: Vec<usize> = (0..n).collect();
-        let how = Descent { optimiser: &*self.optimiser, pull: Pull::NONE, steps: self.steps };
-        nn::descend(&graph, &how, ctx, |graph, t| {
-            let places = turns.as_mut().map_or(&all[..], |turns| turns.turn(t, ctx));
+        let latent = self.latent;
+        let memory = vec![Module::Lstm { inputs: latent, units: latent }, Module::Last];
+        let nets = [("dynamics".to_owned(), Module::Sequence(memory))].into();
+        let layout = Layout { n_states: 1, actions: Vec::new(), latent, nets };
+        let model = untrained(layout, &*self.net, &["representation", "value", "reward"], ctx)?;
+        let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
+        let how = Training { optimiser, batch, steps };
+        trained(model, self.on.len(), &how, ctx, |graph, nets, places| {
             let column = |of: &[f64]| {
-                let values: Vec<f32> = places.iter().map(|i| single(of[*i])).collect();
+                let values: Vec<f32> = places.iter().map(|i| f32::of(of[*i])).collect();
                 graph.input(Shape::vectors(places.len(), 1), &values)
             };
             let (states, targets) = (column(&self.on.x), column(&self.on.y));
@@ -108,9 +82,7 @@ impl Op for ProcessModel {
             let apart =
                 members.into_iter().map(|v| graph.mean(graph.square(graph.sub(v, targets))));
             apart.reduce(|a, b| graph.add(a, b)).expect("there is one over 0 steps")
-        });
-        nn::learned(&graph, &mut model);
-        checked(model, self.steps)
+        })
     }
 }
 
@@ -122,13 +94,13 @@ impl Op for ProcessValues {
             return Err(OpError::Failed("the model is not of a reward process".to_owned()));
         };
         let points = self.at.points()?;
-        let states: Vec<f32> = points.iter().map(|x| single(*x)).collect();
+        let states: Vec<f32> = points.iter().map(|x| f32::of(*x)).collect();
         let states = graph.input(Shape::vectors(states.len(), 1), &states);
         let unroll = (self.unroll, self.discount);
         let members =
             graph.still(|| predicted_values(&graph, &nets.latent(), value, states, unroll));
         let values = members.into_iter().flat_map(|v| graph.value(v)).map(f64::from).collect();
-        let steps = Labels::Numbers((0..=self.unroll).map(real).collect());
+        let steps = Labels::count(self.unroll + 1);
         let x = Labels::Numbers(points);
         Ok(Array { dims: vec![Dim::new("k", steps), Dim::new("x", x)], values })
     }

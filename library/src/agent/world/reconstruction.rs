@@ -2,12 +2,9 @@
 
 use ivx_op::{Ctx, One, Op, OpError, Part, declare};
 
-use super::{Windows, checked, hot, single, untrained};
+use super::{LATENT, Training, Windows, hot, layout, trained, untrained};
 use crate::artifact::{Rollouts, WorldModel};
-use crate::nn::optim::Pull;
-use crate::nn::{
-    self, Bodies, Descent, Graph, Net, Optimiser, Shape, Transitions, Turns, reconstruction_losses,
-};
+use crate::nn::{Graph, Net, Optimiser, Real as _, Shape, Transitions, reconstruction_losses};
 
 declare! {
     /// A latent world model that reconstructs states (Eqns. 2.51 and 2.52): it embeds a state, rebuilds it from
@@ -39,18 +36,15 @@ declare! {
 
 impl Op for ReconstructionModel {
     fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
-        let mut model = untrained(&self.from, (&*self.net, self.latent), &["reconstruction"], ctx)?;
-        let (graph, nets) = Bodies::of(&model);
+        let names = [&LATENT[..], &["reconstruction"]].concat();
+        let model = untrained(layout(&self.from, self.latent), &*self.net, &names, ctx)?;
         let windows = Windows::new(&self.from, 1)?;
-        let mut turns = Turns::new(windows.starts.len(), self.batch);
-        let all: Vec<usize> = (0..windows.starts.len()).collect();
-        let how = Descent { optimiser: &*self.optimiser, pull: Pull::NONE, steps: self.steps };
-        nn::descend(&graph, &how, ctx, |graph, t| {
-            let places = turns.as_mut().map_or(&all[..], |turns| turns.turn(t, ctx));
+        let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
+        let how = Training { optimiser, batch, steps };
+        trained(model, windows.starts.len(), &how, ctx, |graph, nets, places| {
             let of = transitions(graph, &windows, places);
-            let log_std = single(self.noise.ln());
             let shape = Shape::vectors(places.len(), self.latent);
-            let log_std = graph.input(shape, &vec![log_std; shape.len()]);
+            let log_std = graph.input(shape, &vec![f32::of(self.noise.ln()); shape.len()]);
             let [rebuilt, moved, reward] = reconstruction_losses(
                 graph,
                 &nets.latent(),
@@ -59,9 +53,7 @@ impl Op for ReconstructionModel {
                 (log_std, self.stop_gradient),
             );
             graph.add(graph.add(rebuilt, moved), reward)
-        });
-        nn::learned(&graph, &mut model);
-        checked(model, self.steps)
+        })
     }
 }
 
@@ -78,7 +70,7 @@ pub(super) fn transitions(
         let episode = &windows.of.episodes[e];
         hot(episode.states[t], n_states, &mut states);
         hot(episode.actions[t], n_actions, &mut actions);
-        rewards.push(single(episode.rewards[t]));
+        rewards.push(f32::of(episode.rewards[t]));
         hot(episode.states[t + 1], n_states, &mut next);
     }
     let vectors = |width, values: &[f32]| graph.input(Shape::vectors(places.len(), width), values);

@@ -1,4 +1,4 @@
-use ivx_op::{Artifact as _, One, Op as _};
+use ivx_op::{Artifact as _, Dim, One, Op as _};
 
 use super::*;
 use crate::agent::{Act, GreedyPolicy, UniformPolicy, ValueIteration};
