@@ -71,6 +71,7 @@ pub(crate) fn exec(
         checkpoint: args.checkpoint,
         stop: STOP.clone(),
     };
+    let files = Files::of(&ready.loaded.project);
     let mut progress = Progress::new(err, jobs);
     let outcome =
         schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress);
@@ -80,8 +81,8 @@ pub(crate) fn exec(
             let stopped = STOP.asked() && outcome.nodes.iter().any(|n| n.fate == Fate::Waiting);
             let report = (!stopped).then(|| report(&name, &ready.spec, &plan, &outcome));
             let results = report.as_ref().map(|report| &report.results);
-            let (spec, files) = (&ready.spec, &Files::of(&ready.loaded.project));
-            let mut summary = Summary::of(spec, files, &plan, &outcome, results, jobs, started);
+            let spec = &ready.spec;
+            let mut summary = Summary::of(spec, &files, &plan, &outcome, results, jobs, started);
             let text = results.map(Results::to_ron);
             if let Err(error) = note(&cache, &plan, &outcome, text.as_deref(), &mut summary) {
                 writeln!(err, "note: the history lacks this run: {error}")?;
@@ -103,7 +104,7 @@ pub(crate) fn exec(
     let folder = ready.loaded.root.join("results").join(&name);
     write_results(&folder, &report, &text)?;
     write_file(&folder.join("run.ron"), &run_file(&plan, &outcome, jobs, started))?;
-    let origin = origin(&args.spec, &ready.loaded.project, &report, jobs, started);
+    let origin = origin(&args.spec, &files, &text, jobs, started);
     let page = page(&ready.spec, &plan, &outcome, &report, &origin);
     write_file(&folder.join("report.html"), &page)?;
     summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;

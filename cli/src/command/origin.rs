@@ -4,32 +4,30 @@ use std::path::Path;
 use std::time::{Instant, SystemTime};
 
 use ivx_cache::Digest;
-use ivx_engine::{Origin, Report, platform};
-use ivx_grammar::check::Project;
+use ivx_engine::{Origin, platform};
 
 use crate::args::Spec;
 use crate::date::spell_moment;
 use crate::history::Files;
 
-/// - `report`: what came out.
+/// - `results`: the text of what came out.
 pub(super) fn origin(
     args: &Spec,
-    project: &Project,
-    report: &Report,
+    files: &Files,
+    results: &str,
     jobs: usize,
     started: Instant,
 ) -> Origin {
     let took = started.elapsed();
     let began = SystemTime::now().checked_sub(took).unwrap_or(SystemTime::UNIX_EPOCH);
-    let results = Digest::of(report.results.to_ron().as_bytes());
     let fact = |what: &str, value: String| (what.to_owned(), value);
     Origin {
         command: command(args),
         facts: vec![
             fact("ivx", env!("CARGO_PKG_VERSION").to_owned()),
             fact("its library's source", ivx_library::SOURCE_DIGEST.to_owned()),
-            fact("the spec's files", Files::of(project).digest.to_string()),
-            fact("results.ron", results.to_string()),
+            fact("the spec's files", files.digest.to_string()),
+            fact("results.ron", Digest::of(results.as_bytes()).to_string()),
             fact("platform", platform()),
             fact("nodes at once", jobs.to_string()),
             fact("started", spell_moment(began)),

@@ -10,8 +10,7 @@ pub(super) fn write(told: &Told, out: &mut dyn Write) -> io::Result<()> {
     if told.is_same() {
         return writeln!(out, "no differences");
     }
-    let mut line =
-        |indent: usize, text: &str| writeln!(out, "{:indent$}{}", "", visible(text)).map(|()| ());
+    let mut line = |indent: usize, text: &str| writeln!(out, "{:indent$}{}", "", visible(text));
     line(0, &format!("{} -> {}", told.before, told.after))?;
     let is_one = told.pairs.len() == 1;
     for pair in told.pairs.iter().filter(|pair| !pair.is_same()) {
