@@ -1,5 +1,7 @@
 //! Archives, as the command takes them in where it is called.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -16,16 +18,11 @@ experiment packed {
 "#;
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    fs::write(folder.path().join("packed.ivx"), SPEC).expect("files can be written");
-    folder
+    common::project(&[("packed.ivx", SPEC)])
 }
 
 fn ivx(folder: &Path, args: &[&str]) -> Output {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    let ivx = ivx.args(args).current_dir(folder).env_remove("IVX_CACHE");
-    ivx.output().expect("the command runs")
+    common::ivx(folder, args).output().expect("the command runs")
 }
 
 #[track_caller]

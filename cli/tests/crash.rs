@@ -2,6 +2,8 @@
 //!
 //! `IVX_KILLS=500 cargo test --release -p ivx-cli --test crash -- --nocapture` kills 500 times.
 
+mod common;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -29,8 +31,8 @@ experiment crash {
 const FEWEST_NODES: usize = 200;
 
 fn ivx(folder: &Path, args: &[&str]) -> Command {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    ivx.args(args).arg("crash.ivx").current_dir(folder).env_remove("IVX_CACHE");
+    let mut ivx = common::ivx(folder, args);
+    ivx.arg("crash.ivx");
     ivx
 }
 
@@ -78,10 +80,7 @@ struct Node {
 }
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    fs::write(folder.path().join("crash.ivx"), SPEC).expect("files can be written");
-    folder
+    common::project(&[("crash.ivx", SPEC)])
 }
 
 /// A folder as it is, to go on in.

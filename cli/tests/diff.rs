@@ -1,5 +1,7 @@
 //! `ivx diff` of runs, results and git revisions.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -64,16 +66,11 @@ const MARKDOWN: &str = "
 const CHANGED: [&str; 6] = ["exec", "told.ivx", "--set", "points=6", "--set", "level=3.0"];
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    fs::write(folder.path().join("told.ivx"), SPEC).expect("files can be written");
-    folder
+    common::project(&[("told.ivx", SPEC)])
 }
 
 fn ivx(folder: &Path, args: &[&str]) -> Output {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    let ivx = ivx.args(args).current_dir(folder).env_remove("IVX_CACHE").env_remove("IVX_STORE");
-    ivx.output().expect("the command runs")
+    common::ivx(folder, args).output().expect("the command runs")
 }
 
 /// What a command says, and to whom it complains.

@@ -1,5 +1,7 @@
 //! `ivx export`, and Python's own readers of what it writes.
 
+mod common;
+
 use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
@@ -50,16 +52,11 @@ print(*columns.degree.isna().map(int), columns.dtypes["seed"], columns.dtypes["v
 "#;
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    fs::write(folder.path().join("small.ivx"), SPEC).expect("files can be written");
-    folder
+    common::project(&[("small.ivx", SPEC)])
 }
 
 fn ivx(folder: &Path, args: &[&str]) -> Output {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    let ivx = ivx.args(args).current_dir(folder).env_remove("IVX_CACHE").env_remove("IVX_STORE");
-    ivx.output().expect("the command runs")
+    common::ivx(folder, args).output().expect("the command runs")
 }
 
 #[track_caller]

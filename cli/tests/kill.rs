@@ -1,5 +1,7 @@
 //! A run that is killed loses nothing that it had done.
 
+mod common;
+
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -15,9 +17,7 @@ experiment killed {
 "#;
 
 fn ivx(folder: &Path, command: &str) -> Command {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    ivx.args([command, "killed.ivx"]).current_dir(folder).env_remove("IVX_CACHE");
-    ivx
+    common::ivx(folder, &[command, "killed.ivx"])
 }
 
 fn said(folder: &Path, command: &str) -> String {
@@ -34,10 +34,7 @@ fn number(text: &str, word: &str) -> usize {
 }
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    std::fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    std::fs::write(folder.path().join("killed.ivx"), SPEC).expect("files can be written");
-    folder
+    common::project(&[("killed.ivx", SPEC)])
 }
 
 #[test]

@@ -2,9 +2,11 @@
 //!
 //! Needs a browser of Chromium's family: that of the variable `BROWSER`, or the first found.
 
+mod common;
+
 use std::ffi::OsString;
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::{Command, Output};
 
 /// Words of a spec are anybody's: these try to act.
@@ -36,23 +38,21 @@ fn browser() -> Option<OsString> {
     })
 }
 
-/// The report of `SPEC`.
-fn written(folder: &Path) -> std::path::PathBuf {
-    fs::create_dir(folder.join(".ivx")).expect("the folder is empty");
-    fs::write(folder.join("shown.ivx"), SPEC).expect("files can be written");
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    let ivx = ivx.args(["exec", "shown.ivx"]).current_dir(folder);
-    let said = ivx.env_remove("IVX_CACHE").env_remove("IVX_STORE").output().expect("it runs");
+/// A project with the report of `SPEC`, and where that is.
+fn written() -> (tempfile::TempDir, PathBuf) {
+    let folder = common::project(&[("shown.ivx", SPEC)]);
+    let said = common::ivx(folder.path(), &["exec", "shown.ivx"]).output().expect("it runs");
     let out = String::from_utf8_lossy(&said.stdout).into_owned();
     assert!(out.contains("report:  results/shown/report.html"), "{out}");
     assert!(said.status.success());
-    folder.join("results/shown/report.html")
+    let report = folder.path().join("results/shown/report.html");
+    (folder, report)
 }
 
 #[test]
 fn the_report_holds_everything_and_nothing_that_acts() {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    let page = fs::read_to_string(written(folder.path())).expect("it is written");
+    let (_folder, report) = written();
+    let page = fs::read_to_string(report).expect("it is written");
     for hostile in ["<script", "<img", "<iframe", "<link", "url(", "href=\"http", "href=\"java"] {
         assert!(!page.contains(hostile), "{hostile}");
     }
@@ -82,9 +82,9 @@ fn a_browser_shows_the_report_in_light_and_dark_and_prints_it() {
         eprintln!("skipped: there is no Chromium to look at the report with (set BROWSER)");
         return;
     };
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
+    let (folder, report) = written();
     let folder = folder.path();
-    let page = format!("file://{}", written(folder).display());
+    let page = format!("file://{}", report.display());
     let look = |args: &[&str]| -> Output {
         let mut look = Command::new(&browser);
         look.args(["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);

@@ -1,7 +1,11 @@
 //! What is remembered of runs.
 
+mod common;
+
 use std::path::Path;
 use std::process::{Command, Stdio};
+
+use common::ivx;
 
 use serde_json::{Value, json};
 
@@ -39,18 +43,7 @@ experiment long {
 "#;
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    std::fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    for (name, text) in [("told.ivx", SPEC), ("half.ivx", BROKEN), ("long.ivx", LONG)] {
-        std::fs::write(folder.path().join(name), text).expect("files can be written");
-    }
-    folder
-}
-
-fn ivx(folder: &Path, args: &[&str]) -> Command {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    ivx.args(args).current_dir(folder).env_remove("IVX_CACHE");
-    ivx
+    common::project(&[("told.ivx", SPEC), ("half.ivx", BROKEN), ("long.ivx", LONG)])
 }
 
 /// What a command says, and to whom it complains.

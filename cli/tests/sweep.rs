@@ -1,9 +1,13 @@
 //! What `ivx cache gc`, `verify` and `rebuild` leave of a project's cache.
 
+mod common;
+
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, SystemTime};
+
+use common::ivx;
 
 const SPEC: &str = r#"edition "2026"
 
@@ -27,19 +31,7 @@ experiment long {
 "#;
 
 fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("temporary folders can be made");
-    fs::create_dir(folder.path().join(".ivx")).expect("the folder is empty");
-    fs::create_dir(folder.path().join("specs")).expect("the folder is empty");
-    for (name, text) in [("swept.ivx", SPEC), ("specs/long.ivx", LONG)] {
-        fs::write(folder.path().join(name), text).expect("files can be written");
-    }
-    folder
-}
-
-fn ivx(folder: &Path, args: &[&str]) -> Command {
-    let mut ivx = Command::new(env!("CARGO_BIN_EXE_ivx"));
-    ivx.args(args).current_dir(folder).env_remove("IVX_CACHE");
-    ivx
+    common::project(&[("swept.ivx", SPEC), ("specs/long.ivx", LONG)])
 }
 
 /// What a command says, complaints last.
