@@ -6,7 +6,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::ivx;
-
 use serde_json::{Value, json};
 
 const SPEC: &str = r#"edition "2026"

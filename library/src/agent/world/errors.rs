@@ -28,7 +28,7 @@ impl Op for ModelErrors {
         let windows = Windows::new(&self.on, 1)?;
         let places: Vec<usize> = (0..windows.starts.len()).collect();
         let squares = |a: Var, b: Var| {
-            f64::from(graph.scalar(graph.mean(graph.sum_items(graph.square(graph.sub(a, b))))))
+            scalar(&graph, graph.mean(graph.sum_items(graph.square(graph.sub(a, b)))))
         };
         let values = graph.still(|| {
             let of = transitions(&graph, &windows, &places);
