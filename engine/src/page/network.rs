@@ -6,7 +6,13 @@ use super::text::{escape, seconds};
 /// More groups than this are told in a table alone.
 const MOST: usize = 60;
 
-const BOX: (f64, f64) = (158.0, 40.0);
+const TALL: f64 = 40.0;
+/// Between the edge of a box and its text.
+const PAD: f64 = 8.0;
+/// How far a character of the fixed-width font reaches, at most: names, and what became of the nodes.
+const PITCH: (f64, f64) = (7.6, 7.0);
+/// So many characters of a name are shown.
+const NAME: usize = 32;
 const ACROSS: f64 = 54.0;
 const DOWN: f64 = 12.0;
 
@@ -53,51 +59,66 @@ fn fate(group: &Group) -> String {
 #[expect(clippy::cast_precision_loss, reason = "groups are few")]
 fn picture(groups: &[Group]) -> String {
     let columns = order(groups);
-    let (wide, tall) = BOX;
+    let tall = TALL;
     let deepest = columns.iter().map(Vec::len).max().unwrap_or(0) as f64;
     let height = deepest * (tall + DOWN) + DOWN;
-    let width = columns.len() as f64 * (wide + ACROSS) - ACROSS + 4.0;
     let mut corners = vec![(0.0, 0.0); groups.len()];
-    for (x, column) in columns.iter().enumerate() {
+    let mut wides = vec![0.0; groups.len()];
+    let mut left = 2.0;
+    for column in &columns {
+        let wide = column.iter().map(|&group| needs(&groups[group])).fold(0.0, f64::max);
         let room = height - column.len() as f64 * (tall + DOWN) + DOWN;
         let top = room / 2.0;
         for (y, &group) in column.iter().enumerate() {
-            corners[group] = (x as f64 * (wide + ACROSS) + 2.0, top + y as f64 * (tall + DOWN));
+            corners[group] = (left, top + y as f64 * (tall + DOWN));
+            wides[group] = wide;
         }
+        left += wide + ACROSS;
     }
+    let width = left - ACROSS + 2.0;
     let mut out = vec![format!(
         "<div class=\"wide\"><svg class=\"network\" width=\"{width}\" height=\"{height}\" role=\"img\" \
          aria-label=\"Who feeds whom\">"
     )];
     for (group, &(x, y)) in groups.iter().zip(&corners) {
         for &from in &group.fed_by {
-            let (a, b) = (corners[from].0 + wide, corners[from].1 + tall / 2.0);
+            let (a, b) = (corners[from].0 + wides[from], corners[from].1 + tall / 2.0);
             let (c, d) = (x, y + tall / 2.0);
             let bend = ((c - a) / 2.0).abs().max(20.0);
             out.push(format!("<path d=\"M{a} {b}C{} {b} {} {d} {c} {d}\"/>", a + bend, c - bend));
         }
     }
-    for (group, &(x, y)) in groups.iter().zip(&corners) {
+    for ((group, &(x, y)), wide) in groups.iter().zip(&corners).zip(&wides) {
         let class = match group {
             _ if group.n_failed > 0 => "failed",
             _ if group.n_ran > 0 => "ran",
             _ => "known",
         };
         let ops: Vec<&str> = group.ops.iter().map(String::as_str).collect();
+        // A picture within the picture clips what a font draws wider than was thought.
         out.push(format!(
-            "<g class=\"{class}\"><title>{}: {}</title><rect x=\"{x}\" y=\"{y}\" width=\"{wide}\" height=\"{tall}\" rx=\"5\"/>\
-             <text x=\"{2}\" y=\"{3}\">{4}</text><text class=\"fate\" x=\"{2}\" y=\"{5}\">{6}</text></g>",
+            "<svg class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{wide}\" height=\"{tall}\"><title>{}: {}</title>\
+             <rect x=\"1\" y=\"1\" width=\"{2}\" height=\"{3}\" rx=\"5\"/><text x=\"{PAD}\" y=\"16\">{4}</text>\
+             <text class=\"fate\" x=\"{PAD}\" y=\"32\">{5}</text></svg>",
             escape(&group.name),
             escape(&ops.join(", ")),
-            x + 8.0,
-            y + 16.0,
-            escape(&cut(&group.name, 20)),
-            y + 32.0,
-            escape(&cut(&fate(group), 26))
+            wide - 2.0,
+            tall - 2.0,
+            escape(&cut(&group.name, NAME)),
+            escape(&fate(group))
         ));
     }
     out.push("</svg></div>".to_owned());
     out.concat()
+}
+
+/// How wide the box of a group is.
+#[expect(clippy::cast_precision_loss, reason = "what is shown of a name is short")]
+fn needs(group: &Group) -> f64 {
+    // What is not of the Latin alphabet may take the room of two characters.
+    let cells = |text: &str| text.chars().map(|c| if c < '\u{300}' { 1 } else { 2 }).sum::<usize>();
+    let (name, fate) = (cells(&cut(&group.name, NAME)) as f64, cells(&fate(group)) as f64);
+    (name * PITCH.0).max(fate * PITCH.1).ceil() + 2.0 * PAD
 }
 
 /// The groups of each layer, those fed by neighbours near each other.
@@ -163,11 +184,16 @@ mod tests {
 
     #[test]
     fn a_picture_has_boxes_and_ways_between_them() {
-        let groups = [group("data <1>", 0, &[]), group("a name that is much too long", 1, &[0])];
+        let long = "a name that is longer than any box should be";
+        let groups = [group("data <1>", 0, &[]), group(long, 1, &[0])];
         let found = network(&groups);
         assert_eq!((found.matches("<rect").count(), found.matches("<path").count()), (2, 1));
-        for text in ["data &lt;1&gt;", "a name that is much…", "1 known"] {
+        for text in ["data &lt;1&gt;", "a name that is longer than any …", "1 known"] {
             assert!(found.contains(text), "{text} in {found}");
+        }
+        // 8 characters and 32, with what lies around them.
+        for wide in ["width=\"77\"", "width=\"260\""] {
+            assert!(found.contains(wide), "{wide} in {found}");
         }
         let many: Vec<Group> = (0..=MOST).map(|i| group(&i.to_string(), i, &[])).collect();
         assert!(!network(&many).contains("<svg"));

@@ -13,6 +13,9 @@ use crate::results::{ExperimentResults, FIGURES, Measure, Report, TABLES, path};
 /// So many labels of an axis are listed.
 const LABELS: usize = 12;
 
+/// Drawings that are wider, in pixels, are not put side by side.
+const BROAD: f64 = 660.0;
+
 /// The section of the experiment in this place.
 pub(super) fn section(
     spec: &Spec,
@@ -29,11 +32,13 @@ pub(super) fn section(
     let mut shows = Vec::new();
     for figure in &experiment.figures {
         let svg = report.files.get(&path(FIGURES, &figure.name, "svg"));
-        shows.push(shown("Figure", figure, svg.map(|svg| drawing(&figure.name, svg))));
+        let is_broad = svg.is_some_and(|svg| is_broad(svg));
+        let svg = svg.map(|svg| drawing(&figure.name, svg));
+        shows.push(shown("Figure", figure, svg, is_broad));
     }
     for table in &experiment.tables {
         let text = report.files.get(&path(TABLES, &table.name, "md"));
-        shows.push(shown("Table", table, text.map(|text| prose(text))));
+        shows.push(shown("Table", table, text.map(|text| prose(text)), false));
     }
     if !shows.is_empty() {
         out.push(format!("<div class=\"shown\">{}</div>", shows.concat()));
@@ -48,16 +53,23 @@ pub(super) fn section(
     out.join("\n")
 }
 
-/// A figure or table with its caption.
-fn shown(what: &str, output: &Output, content: Option<String>) -> String {
+/// A figure or table with its caption; a broad one has a row of its own.
+fn shown(what: &str, output: &Output, content: Option<String>, is_broad: bool) -> String {
     let content = content.unwrap_or_else(|| {
         "<p class=\"failed\">Not there, because something that it needs has failed.</p>".to_owned()
     });
+    let class = if is_broad { " class=\"broad\"" } else { "" };
     format!(
-        "<figure><div class=\"wide\">{content}</div><figcaption><b>{what} {}</b> {}</figcaption></figure>",
+        "<figure{class}><div class=\"wide\">{content}</div><figcaption><b>{what} {}</b> {}</figcaption></figure>",
         escape(&output.name),
         prose(&output.docs)
     )
+}
+
+/// Whether a drawing would be hard to read at half the page's width.
+fn is_broad(svg: &str) -> bool {
+    let width = svg.split(" width=\"").nth(1).and_then(|rest| rest.split('"').next());
+    width.and_then(|width| width.parse::<f64>().ok()).is_some_and(|width| width > BROAD)
 }
 
 /// A drawing as it is, if it is nothing but one.
@@ -151,6 +163,12 @@ fn settings(spec: &Spec, experiment: &Experiment) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_read_at_half_the_width_stands_beside_another() {
+        let of = |wide: u32| format!("<svg xmlns=\"x\" width=\"{wide}\" height=\"9\"></svg>");
+        assert!(!is_broad(&of(600)) && is_broad(&of(900)) && !is_broad("<svg></svg>"));
+    }
 
     #[test]
     fn only_drawings_stand_in_the_page() {
