@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::examples::try_all;
+use crate::examples::{blocks, try_all};
+use crate::project::Project;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -15,6 +16,27 @@ fn the_specs_in_documents_do_what_they_should() {
         let text = fs::read_to_string(root().join(path)).expect("the document is there");
         assert!(try_all(path, &text) >= least, "{path} has its blocks");
     }
+}
+
+/// `BLESS=1` draws the picture anew; review the difference.
+#[test]
+fn the_first_thing_that_one_sees_is_what_comes_out() {
+    let text = fs::read_to_string(root().join("docs/language.md")).expect("the document is there");
+    let project = Project::with(&[("points.ivx", blocks(&text)[0].text)]);
+    let said = project.run("exec", "points.ivx", &[]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+
+    let shown = text.split("```text\n").nth(1).and_then(|rest| rest.split("```").next());
+    let shown = shown.expect("the document shows verdicts");
+    assert!(said.out.starts_with(shown), "{shown}\nbut there came\n{}", said.out);
+
+    let drawn = project.read("results/points/figures/error.svg");
+    let path = root().join("docs/pictures/points.svg");
+    if std::env::var_os("BLESS").is_some() {
+        fs::write(&path, &drawn).expect("pictures can be written");
+    }
+    let picture = fs::read_to_string(&path).expect("the picture is there");
+    assert!(picture == drawn, "docs/pictures/points.svg is stale: run this test with BLESS=1");
 }
 
 /// `BLESS=1` rewrites the reference; review the difference.

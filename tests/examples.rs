@@ -40,15 +40,16 @@ fn codes(said: &Said) -> Vec<&str> {
     codes
 }
 
-struct Block<'a> {
+pub(crate) struct Block<'a> {
     /// What follows the language.
     info: &'a str,
-    text: &'a str,
+    pub(crate) text: &'a str,
     /// The line on which it begins.
     line: usize,
 }
 
-fn blocks(document: &str) -> Vec<Block<'_>> {
+/// The blocks of a document that are tried, in order.
+pub(crate) fn blocks(document: &str) -> Vec<Block<'_>> {
     let mut blocks = Vec::new();
     let starts = ["\n```ivx", "\n```sh,file="].map(|fence| document.match_indices(fence));
     let mut starts: Vec<usize> = starts.into_iter().flatten().map(|(at, _)| at).collect();
