@@ -6,14 +6,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr());
     // Without a handler the command ends at once, and loses nothing but time.
-    let handled = ctrlc::set_handler(|| {
-        if !ivx_cli::stop() {
-            ivx_cli::abandon_programs();
-            std::process::exit(ivx_cli::STOPPED.into());
-        }
-        let what = "stopping: what runs is finished and kept; once more to stop at once";
-        let _ = writeln!(std::io::stderr(), "{what}");
-    });
+    let handled = ctrlc::set_handler(ivx_cli::interrupt);
     if let Err(error) = handled {
         let _ = writeln!(err, "note: a run cannot be stopped cleanly: {error}");
     }

@@ -4,6 +4,7 @@ use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
 use std::path::Path;
 
+use crate::ending::unfinished;
 use crate::{At as _, Trouble};
 
 /// Makes `text` the content of a file, which keeps its permissions and may be new.
@@ -19,10 +20,12 @@ pub(crate) fn replace(path: &Path, text: &str) -> Result<(), Trouble> {
         Err(error) => return Err(error).at(path),
     };
     let temporary = path.with_added_extension(format!("{}.tmp", std::process::id()));
-    let written = fs::write(&temporary, text)
-        .and_then(|()| permissions.map_or(Ok(()), |p| fs::set_permissions(&temporary, p)))
-        .at(&temporary)
-        .and_then(|()| fs::rename(&temporary, path).at(path));
+    let written = unfinished(&temporary, || {
+        fs::write(&temporary, text)
+            .and_then(|()| permissions.map_or(Ok(()), |p| fs::set_permissions(&temporary, p)))
+            .at(&temporary)
+            .and_then(|()| fs::rename(&temporary, path).at(path))
+    });
     if written.is_err() {
         // The first error is the one to tell.
         fs::remove_file(&temporary).ok();

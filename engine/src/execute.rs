@@ -15,6 +15,7 @@ use petgraph::graph::NodeIndex;
 use crate::checkpoint::Checkpoint;
 use crate::key::{explain, number_digest};
 use crate::plan::{Draw, Fed, Source, Step};
+use crate::stop::{Busy, Stop};
 
 /// Why a node has no result.
 pub(crate) enum Problem {
@@ -40,6 +41,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) library: &'a str,
     /// How much time lies between two checkpoints.
     pub(crate) every: Duration,
+    /// Whether to begin nothing more.
+    pub(crate) stop: &'a Stop,
 }
 
 /// A node to run.
@@ -67,18 +70,25 @@ pub(crate) struct Done {
     pub(crate) key: Digest,
     pub(crate) lock: ActionLock,
     pub(crate) result: Result<(Output, Provenance), Problem>,
+    /// Until the result is committed.
+    pub(crate) busy: Busy,
 }
 
 /// How long a worker keeps what is done to itself while it has more to do.
 const PROMPT: Duration = Duration::from_millis(5);
 
-/// Runs nodes one after another, and tells of them in as few messages as is prompt.
+/// Runs nodes one after another, and tells of them in as few messages as is prompt. Once the run is
+/// asked to end, those that have not begun are left.
 pub(crate) fn work(tasks: Vec<Task>, needs: Needs, bench: &Bench, tell: &Sender<Message>) {
     let (mut done, mut told) = (Vec::new(), Instant::now());
     for task in tasks {
+        if bench.stop.asked() {
+            break;
+        }
+        let busy = bench.stop.busy();
         let result = execute(&task, bench);
         let Task { node, key, lock, .. } = task;
-        done.push(Done { node, key, lock, result });
+        done.push(Done { node, key, lock, result, busy });
         if told.elapsed() >= PROMPT {
             told = Instant::now();
             // The receiver is gone only when the run ended with an error.
@@ -91,7 +101,7 @@ pub(crate) fn work(tasks: Vec<Task>, needs: Needs, bench: &Bench, tell: &Sender<
 /// The result of a node and how it came about.
 fn execute(task: &Task, bench: &Bench) -> Result<(Output, Provenance), Problem> {
     let &Task { step, key, ref op, ref outputs, .. } = task;
-    let &Bench { registry, ref objects, ref checkpoints, platform, library, every } = bench;
+    let &Bench { registry, ref objects, ref checkpoints, platform, library, every, .. } = bench;
     let inputs = read(objects, outputs)?;
     let checkpoint = Checkpoint::new(checkpoints.clone(), key, (platform, library), every);
     let started = Instant::now();

@@ -12,6 +12,7 @@ use crate::execute::{Problem, compute, read};
 use crate::foresee::{Known, known};
 use crate::plan::{Plan, Step};
 use crate::platform::platform;
+use crate::schedule::pool;
 
 /// By how much numbers of another platform may differ, relative to their size.
 const TOLERANCE: f64 = 1e-6;
@@ -50,7 +51,7 @@ pub enum Verified {
 /// If the disk fails.
 ///
 /// # Panics
-/// If worker threads cannot be started.
+/// If not one worker thread can be started.
 pub fn verify(
     plan: &Plan,
     registry: &Registry,
@@ -68,8 +69,7 @@ pub fn verify(
     });
     let chosen: Vec<(NodeIndex, &Record)> = chosen.collect();
     listen.event(Event::Planned { nodes: chosen.len() });
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build();
-    let pool = pool.expect("the system starts threads");
+    let pool = pool(jobs.min(chosen.len()));
     let (sender, receiver) = mpsc::channel();
     let mut verified = pool.in_place_scope(|scope| {
         for &(node, record) in &chosen {

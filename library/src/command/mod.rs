@@ -24,6 +24,12 @@ pub use read::{ReadDataset, ReadFile, ReadModel, ReadScalar};
 pub use run::RunProgram;
 pub use setting::{Inherited, SetVariable, Setting};
 
+/// Asks every program that runs to end, kills it if it has not a second later, and starts no other.
+/// The nodes that they are fail.
+pub fn stop_all() {
+    process::stop_all();
+}
+
 /// Kills every program that runs and removes its folder: for a process that is about to end.
 pub fn abandon_all() {
     process::kill_all();

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::os::fd::AsFd;
 use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -22,14 +23,24 @@ const TAIL: usize = 4096;
 const TAIL_LINES: usize = 20;
 /// The longest time between two looks at a silent program.
 const LOOK: Duration = Duration::from_millis(50);
+/// How long a program that is asked to end may take to do so.
+const GRACE: Duration = Duration::from_secs(1);
 
 /// The process groups that run.
 static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 
+/// Whether programs are to end, and none to be started.
+static STOPPING: AtomicBool = AtomicBool::new(false);
+
+/// Asks every program that runs to end, with what it started; who does not is killed a second later.
+pub(super) fn stop_all() {
+    STOPPING.store(true, Ordering::SeqCst);
+}
+
 /// Kills every program that runs, with what it started.
 pub(super) fn kill_all() {
     let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-    running.iter().for_each(|group| kill(*group));
+    running.iter().for_each(|group| kill(*group, Signal::KILL));
 }
 
 /// What a program wrote to its standard output, where `keep` asks for at most so many bytes.
@@ -43,6 +54,10 @@ pub(super) fn run(
     keep: Option<usize>,
 ) -> Result<Vec<u8>, String> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
+    let stopped = || Err(format!("`{name}` was stopped"));
+    if STOPPING.load(Ordering::SeqCst) {
+        return stopped().map(|()| Vec::new());
+    }
     let started = Instant::now();
     watch::begin();
     let child = command.spawn().map_err(|error| format!("`{name}` cannot be started: {error}"))?;
@@ -52,10 +67,18 @@ pub(super) fn run(
     let mut out = Stream::new(child.stdout.take().expect("it is piped"), "output", keep);
     let mut err = Stream::new(child.stderr.take().expect("it is piped"), "error", None);
     let mut nap = Duration::from_micros(20);
+    let mut asked: Option<Instant> = None;
     let ended = loop {
         let left = deadline.and_then(|limit| limit.checked_sub(started.elapsed()));
         if deadline.is_some() && left.is_none() {
             break Err(format!("`{name}` was stopped after {time_limit} s, its time limit"));
+        }
+        if asked.is_none() && STOPPING.load(Ordering::SeqCst) {
+            asked = Some(Instant::now());
+            kill(group.id, Signal::TERM);
+        }
+        if asked.is_some_and(|asked| asked.elapsed() >= GRACE) {
+            break stopped();
         }
         let mut look = LOOK;
         if out.pipe.is_none() && err.pipe.is_none() {
@@ -68,6 +91,8 @@ pub(super) fn run(
             break Err(format!("`{name}` {why}"));
         }
         match group.has_ended() {
+            // What it leaves behind may be half of what it was to do.
+            Ok(true) if asked.is_some() => break stopped(),
             Ok(true) => break Ok(()),
             Ok(false) => {}
             Err(error) => break Err(format!("`{name}` cannot be waited for: {error}")),
@@ -124,7 +149,7 @@ impl Group {
     fn end(&mut self) -> std::io::Result<ExitStatus> {
         {
             let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-            kill(self.id);
+            kill(self.id, Signal::KILL);
             running.remove(&self.id);
         }
         watch::ended(self.id);
@@ -145,10 +170,10 @@ fn pid(id: u32) -> Option<Pid> {
     i32::try_from(id).ok().and_then(Pid::from_raw)
 }
 
-fn kill(group: u32) {
+fn kill(group: u32, signal: Signal) {
     if let Some(pid) = pid(group) {
         // There may be nobody left.
-        let _ = kill_process_group(pid, Signal::KILL);
+        let _ = kill_process_group(pid, signal);
     }
 }
 

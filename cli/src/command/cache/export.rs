@@ -9,6 +9,7 @@ use ivx_engine::{expand, platform, recorded};
 
 use super::{count, root};
 use crate::command::ready;
+use crate::ending::unfinished;
 use crate::{At as _, OK, Trouble, WRONG, args, project};
 
 pub(super) fn export(
@@ -32,19 +33,19 @@ pub(super) fn export(
     let mut name = args.path.clone().into_os_string();
     name.push(".part");
     let temporary = PathBuf::from(name);
-    let mut file = BufWriter::new(File::create(&temporary).at(&temporary)?);
     let is_wanted =
         |record: &Record| wanted.as_ref().is_none_or(|wanted| wanted.contains(&record.key));
-    let done = ivx_cache::export(&cache, is_wanted, &mut file, &temporary);
-    let exported = match done {
-        Ok(exported) => exported,
-        Err(error) => {
-            // The first error is the one to tell.
-            fs::remove_file(&temporary).ok();
-            return Err(error.into());
+    let exported = unfinished(&temporary, || -> Result<Exported, Trouble> {
+        let mut file = BufWriter::new(File::create(&temporary).at(&temporary)?);
+        match ivx_cache::export(&cache, is_wanted, &mut file, &temporary) {
+            Ok(exported) => fs::rename(&temporary, &args.path).at(&args.path).map(|()| exported),
+            Err(error) => {
+                // The first error is the one to tell.
+                fs::remove_file(&temporary).ok();
+                Err(error.into())
+            }
         }
-    };
-    fs::rename(&temporary, &args.path).at(&args.path)?;
+    })?;
     let Exported { records, objects, bytes, missing } = exported;
     let (records, objects) = (count(records, "record"), count(objects, "object"));
     writeln!(out, "{}: {records}, {objects} of {bytes} bytes", args.path.display())?;
