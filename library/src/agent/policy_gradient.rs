@@ -66,7 +66,9 @@ declare! {
     /// A policy `π(a | s) ∝ e^θ(s, a)` learned by acting on it: after each episode it climbs
     /// `Σ_t A_t ln π(a_t | s_t) + entropy H(π(· | s_t))` (Eqn. 2.45), from equal probabilities.
     ///
-    /// Values of the states go towards λ-returns at a rate of their own, for critics that use them.
+    /// Values of the states, for critics that use them, go at a rate of their own towards what was received
+    /// from there on, whatever `lambda` the critic has; an episode that was cut off goes on with the value
+    /// of its last state.
     pub struct PolicyGradient = "policy_gradient" @ 1, stochastic -> Array [state, action] {
         /// What advantages `A_t` are.
         by: Box<dyn Critic>;
