@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use ivx_engine::{Made, Outcome, Plan, Results};
+use ivx_engine::{Ended, Made, Outcome, Plan, Results};
 use serde::Deserialize;
 
 /// What a run found out.
@@ -40,12 +40,7 @@ impl Found {
 ///
 /// - `results`: the text of its results.
 pub(crate) fn pack(results: &str, plan: &Plan, outcome: &Outcome) -> Vec<u8> {
-    let made = outcome.nodes.iter().map(|node| Made {
-        key: node.key,
-        output: node.output.as_ref().map(|output| output.digest),
-    });
-    let addresses = plan.graph.node_weights().map(|step| step.address.as_str());
-    let mut nodes: Vec<(&str, Made)> = addresses.zip(made).collect();
+    let mut nodes = outcome.made(plan);
     nodes.sort_unstable_by_key(|(address, _)| *address);
     let mut text = String::with_capacity(results.len() + 256 * (nodes.len() + 1));
     text.push_str(results);
@@ -63,6 +58,14 @@ fn write(text: &mut String, nodes: &[(&str, Made)]) -> std::fmt::Result {
                 write!(text, "{name}:Some(\"{digest}\"),")?;
             }
         }
+        if made.fate != Ended::Known {
+            write!(text, "fate:{:?},", <&str>::from(made.fate))?;
+        }
+        for (name, own) in [("cause", &made.cause), ("explanation", &made.explanation)] {
+            if let Some(own) = own {
+                write!(text, "{name}:Some({own:?}),")?;
+            }
+        }
         text.push_str("),\n");
     }
     text.push_str("})");
@@ -78,10 +81,17 @@ mod tests {
     #[test]
     fn what_is_packed_is_unpacked_whatever_it_is_called() {
         let odd = "e/x[label=\"q\\\" \n\0\u{301}é\u{1f600}\u{7f}]";
-        let made = Made { key: Some(Digest([1; 32])), output: None };
+        let made = Made {
+            key: Some(Digest([1; 32])),
+            output: None,
+            fate: Ended::Failed,
+            cause: Some(odd.to_owned()),
+            explanation: Some(format!("op x@1\narg {odd}\n")),
+        };
         let results = Results { spec: odd.to_owned(), ..Results::default() };
         let mut text = results.to_ron();
-        write(&mut text, &[(odd, made), ("f", Made::default())]).expect("strings take everything");
+        write(&mut text, &[(odd, made.clone()), ("f", Made::default())])
+            .expect("strings take everything");
         let found = Found::unpack(text.into_bytes()).expect("it reads");
         assert_eq!(found.results, results);
         let expected = [(odd.to_owned(), made), ("f".to_owned(), Made::default())];

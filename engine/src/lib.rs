@@ -47,7 +47,7 @@ pub use results::{
     Claim, ExperimentResults, Measure, Report, Results, Setting, report, settings, wanted,
 };
 pub use schedule::{Options, schedule};
-pub use shift::{Made, Moved, Root, Shift, shifts};
+pub use shift::{Ended, Made, Moved, Root, Shift, shifts};
 pub use stop::Stop;
 pub use tidy::{Coordinate, Row, Tidy, tidy};
 pub use verify::{Verified, verify};

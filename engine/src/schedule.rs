@@ -16,7 +16,7 @@ use petgraph::graph::NodeIndex;
 use crate::durations::Durations;
 use crate::event::{Event, Listen};
 use crate::execute::{Bench, Done, Message, Problem, Task, work};
-use crate::key::{key, number_digest};
+use crate::key::{explain, key, number_digest};
 use crate::outcome::{Fate, Node, Outcome};
 use crate::plan::{Plan, Source, Step};
 use crate::platform::platform;
@@ -36,7 +36,8 @@ pub struct Options {
     pub library: String,
     /// How much time lies between two checkpoints of a node.
     pub checkpoint: Duration,
-    /// Ends the run early: what runs is finished and kept, nothing more is started.
+    /// Ends the run early: what runs is finished and kept, nothing more is started. What fails then
+    /// is taken to have been ended, and runs again the next time.
     pub stop: Stop,
 }
 
@@ -46,13 +47,14 @@ const POLL: Duration = Duration::from_millis(50);
 const SYNC: Duration = Duration::from_secs(1);
 /// So many nodes of operations that take less than a millisecond are handed to a worker at once.
 const BATCH: usize = 32;
+
 /// Runs every node whose result is not known, and reads the results of `wanted`.
 ///
 /// # Errors
 /// If the cache fails. A failing operation is no error: it is that node's fate.
 ///
 /// # Panics
-/// If worker threads cannot be started.
+/// If not one worker thread can be started.
 pub fn schedule(
     plan: &Plan,
     registry: &Registry,
@@ -84,8 +86,7 @@ fn look_up_and_run(
     if run.queue.len() == 0 && !run.read(wanted)? {
         return Ok(Some(Outcome { nodes: run.nodes, values: run.values }));
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs.max(1)).build();
-    let pool = pool.expect("the system starts threads");
+    let pool = pool(options.jobs.min(run.n_left()));
     let (sender, receiver) = mpsc::channel();
     pool.in_place_scope(|scope| {
         loop {
@@ -97,6 +98,16 @@ fn look_up_and_run(
         run.cache.sync()
     })?;
     Ok((!run.misled).then_some(Outcome { nodes: run.nodes, values: run.values }))
+}
+
+/// Threads, so many if the system starts them.
+pub(crate) fn pool(threads: usize) -> rayon::ThreadPool {
+    let threads = threads.max(1);
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool,
+        Err(_) if threads > 1 => pool(threads / 2),
+        Err(error) => panic!("the system starts no thread: {error}"),
+    }
 }
 
 struct Run<'a> {
@@ -146,6 +157,7 @@ impl<'a> Run<'a> {
             platform,
             library: &options.library,
             every: options.checkpoint,
+            stop: &options.stop,
         };
         let limits = Needs { threads: options.jobs.max(1), memory: options.memory };
         Self {
@@ -182,6 +194,17 @@ impl<'a> Run<'a> {
         &self.plan.graph[node]
     }
 
+    /// How many nodes may still run: more threads would have nothing to do.
+    fn n_left(&self) -> usize {
+        let left = self.nodes.iter().filter(|node| node.output.is_none()).count();
+        left + self.forced.len()
+    }
+
+    /// Whether to begin nothing more.
+    fn is_over(&self) -> bool {
+        self.stopped || self.options.stop.asked()
+    }
+
     fn digest(&self, source: &Source) -> Digest {
         match source {
             Source::Number(x) => number_digest(*x),
@@ -195,6 +218,9 @@ impl<'a> Run<'a> {
     fn resolve(&mut self, node: NodeIndex) {
         let mut todo = vec![node];
         while let Some(node) = todo.pop() {
+            if self.is_over() {
+                return;
+            }
             let key = key(self.step(node), self.registry, |source| self.digest(source));
             self.nodes[node.index()].key = Some(key);
             match self.cache.find(&key).map(|record| record.output.clone()) {
@@ -257,13 +283,12 @@ impl<'a> Run<'a> {
         'a: 's,
     {
         loop {
-            self.stopped |= self.options.stop.asked();
-            while !self.stopped
+            while !self.is_over()
                 && let Some(start) = self.queue.next()
             {
                 self.launch(start, scope, sender)?;
             }
-            if self.queue.running() == 0 && (self.elsewhere.is_empty() || self.stopped) {
+            if self.queue.running() == 0 && (self.elsewhere.is_empty() || self.is_over()) {
                 return Ok(());
             }
             match receiver.recv_timeout(if self.elsewhere.is_empty() { SYNC } else { POLL }) {
@@ -360,7 +385,8 @@ impl<'a> Run<'a> {
     }
 
     /// Commits what came of a node.
-    fn ran(&mut self, Done { node, key, lock, result }: Done) -> Result<(), CacheError> {
+    fn ran(&mut self, done: Done) -> Result<(), CacheError> {
+        let Done { node, key, lock, result, busy: _busy } = done;
         match result {
             Ok((output, provenance)) => {
                 let millis = provenance.millis;
@@ -395,6 +421,8 @@ impl<'a> Run<'a> {
                     self.force(input, Some(node));
                 }
             }
+            // It may have been ended: that is no failure of its own.
+            Err(Problem::Failed(_)) if self.options.stop.asked() => {}
             Err(Problem::Failed(why)) => self.fail(node, &why),
             Err(Problem::Cache(error)) => return Err(error),
         }
@@ -432,6 +460,8 @@ impl<'a> Run<'a> {
     fn fail(&mut self, node: NodeIndex, why: &str) {
         self.listen.event(Event::Failed { address: &self.step(node).address, why });
         self.end(node, Fate::Failed { why: why.to_owned() });
+        let explanation = explain(self.step(node), self.registry, |source| self.digest(source));
+        self.nodes[node.index()].explanation = Some(explanation);
         self.stopped |= self.options.fail_fast;
         let stranded = self.stranded(node);
         self.skip(stranded, node);
@@ -461,6 +491,9 @@ impl<'a> Run<'a> {
     fn read(&mut self, wanted: &BTreeSet<NodeIndex>) -> Result<bool, CacheError> {
         let mut again = false;
         for &node in wanted {
+            if self.options.stop.asked() {
+                return Ok(false);
+            }
             let Some(output) = &self.nodes[node.index()].output else {
                 continue;
             };

@@ -10,13 +10,56 @@ use crate::difference::{Difference, Part, compare, name};
 use crate::explanation::{Explanation, Input};
 
 /// What a run knew of a node.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Made {
     /// Its key, if its inputs were known.
     pub key: Option<Digest>,
     /// The digest of its result, if it had one.
     pub output: Option<Digest>,
+    /// How it ended.
+    pub fate: Ended,
+    /// The node that failed, where it was skipped because of one.
+    pub cause: Option<String>,
+    /// What its key was made of, where no record says so.
+    pub explanation: Option<String>,
+}
+
+/// How a node ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "&'static str")]
+pub enum Ended {
+    /// With a result, as far as anybody knows.
+    #[default]
+    Known,
+    /// Without one, by its own fault.
+    Failed,
+    /// Without one, by that of another.
+    Skipped,
+    /// It was not its turn before the run ended.
+    Waiting,
+}
+
+impl From<String> for Ended {
+    fn from(word: String) -> Self {
+        match word.as_str() {
+            "failed" => Self::Failed,
+            "skipped" => Self::Skipped,
+            "waiting" => Self::Waiting,
+            _ => Self::Known,
+        }
+    }
+}
+
+impl From<Ended> for &'static str {
+    fn from(ended: Ended) -> Self {
+        match ended {
+            Ended::Known => "known",
+            Ended::Failed => "failed",
+            Ended::Skipped => "skipped",
+            Ended::Waiting => "waiting",
+        }
+    }
 }
 
 /// Nodes of one binding to which the same happened for the same reasons.
@@ -39,6 +82,14 @@ pub enum Moved {
     Rekeyed,
     /// It has its key, and another result.
     Remade,
+    /// It failed, and had not before.
+    Failed,
+    /// It was skipped since another failed, and was not before.
+    Skipped,
+    /// The run ended before its turn, and did not before.
+    NotRun,
+    /// It has a result where it had none.
+    Mended,
     /// It was called otherwise.
     Renamed,
     /// There was none.
@@ -59,6 +110,16 @@ pub enum Root {
     },
     /// A node that has its key, and another result.
     Remade {
+        /// The binding of the node.
+        binding: String,
+    },
+    /// A node that failed.
+    Failed {
+        /// The binding of the node.
+        binding: String,
+    },
+    /// A node that does not fail any more.
+    Mended {
         /// The binding of the node.
         binding: String,
     },
@@ -99,8 +160,28 @@ pub fn shifts<'a>(
     let mut search = Search::new(before, after, explain);
     for (address, new) in after {
         let Some(old) = before.get(address) else { continue };
+        let is_rekeyed = old.key.zip(new.key).is_some_and(|(old, new)| old != new);
+        if old.fate != new.fate {
+            let behind = |made: &Made, root: fn(String) -> Root| {
+                made.cause.iter().map(|cause| root(binding(cause))).collect::<Vec<_>>()
+            };
+            let (how, roots) = match (old.fate, new.fate) {
+                (_, Ended::Skipped) => {
+                    (Moved::Skipped, behind(new, |binding| Root::Failed { binding }))
+                }
+                (_, Ended::Waiting) => (Moved::NotRun, Vec::new()),
+                (_, Ended::Failed) => (Moved::Failed, Vec::new()),
+                (Ended::Skipped, Ended::Known) => {
+                    (Moved::Mended, behind(old, |binding| Root::Mended { binding }))
+                }
+                (_, Ended::Known) => (Moved::Mended, Vec::new()),
+            };
+            let roots = if is_rekeyed { search.roots(address) } else { roots };
+            note(how, address, roots);
+            continue;
+        }
         match (old.key, new.key) {
-            (Some(old_key), Some(new_key)) if old_key != new_key => {
+            (Some(_), Some(_)) if is_rekeyed => {
                 note(Moved::Rekeyed, address, search.roots(address));
             }
             (Some(_), Some(_)) if search.is_remade(address) => {
@@ -222,7 +303,7 @@ impl<'n, 'e, 'a> Search<'n, 'e, 'a> {
 
     /// Whether a node has its key in both runs, and another result.
     fn is_remade(&self, address: &str) -> bool {
-        let (old, new) = (self.before[address], self.after[address]);
+        let (old, new) = (&self.before[address], &self.after[address]);
         old.key == new.key && old.output.zip(new.output).is_some_and(|(old, new)| old != new)
     }
 
@@ -250,7 +331,8 @@ impl<'n, 'e, 'a> Search<'n, 'e, 'a> {
             return own(Root::Remade { binding: binding(node) });
         }
         let explanation = |of: &BTreeMap<String, Made>| {
-            of[node].key.as_ref().and_then(self.explain).map(Explanation::of)
+            let own = of[node].explanation.as_deref();
+            own.or_else(|| of[node].key.as_ref().and_then(self.explain)).map(Explanation::of)
         };
         let (Some(before), Some(after)) = (explanation(self.before), explanation(self.after))
         else {
@@ -318,6 +400,8 @@ impl fmt::Display for Root {
         match self {
             Self::Differs { binding, difference } => write!(f, "{difference} ({binding})"),
             Self::Remade { binding } => write!(f, "{binding} came out otherwise, of the same key"),
+            Self::Failed { binding } => write!(f, "{binding} failed"),
+            Self::Mended { binding } => write!(f, "{binding} does not fail any more"),
             Self::Lost { binding } => write!(f, "the cache has lost what {binding} was made from"),
             Self::Axis { name, labels } => write!(f, "{name} = {}", labels.join(", ")),
             Self::Was { binding } => write!(f, "it was {binding}"),
@@ -337,7 +421,8 @@ mod tests {
     fn run(nodes: &[(&str, u8, u8)]) -> BTreeMap<String, Made> {
         let some = |n: u8| (n > 0).then(|| digest(n));
         let made = |(address, key, output): &(&str, u8, u8)| {
-            ((*address).to_owned(), Made { key: some(*key), output: some(*output) })
+            let (key, output) = (some(*key), some(*output));
+            ((*address).to_owned(), Made { key, output, ..Made::default() })
         };
         nodes.iter().map(made).collect()
     }
@@ -402,6 +487,52 @@ mod tests {
         check(&before, &remade, &texts, &told);
         let other = [("e/a", 1, 11), ("e/b", 2, 12), ("e/fit", 5, 15)];
         check(&before, &other, &texts, &["1 e/fit Rekeyed: `train.on` was e/a, is e/b (e/fit)"]);
+    }
+
+    /// What is told of nodes that the second run, or the first, does not know like the other.
+    #[track_caller]
+    fn check_fates(ended: &[(&str, u8, Ended)], expected: &[&str], back: &[&str]) {
+        let known: Vec<_> = ended.iter().map(|(address, ..)| (*address, 1, 11)).collect();
+        let known = run(&known);
+        let other = ended.iter().map(|(address, key, fate)| {
+            let key = (*key > 0).then(|| digest(*key));
+            let cause = (*fate == Ended::Skipped).then(|| "e/run[seed=0]".to_owned());
+            let explanation = (*fate == Ended::Failed).then(|| data(*key));
+            ((*address).to_owned(), Made { key, output: None, fate: *fate, cause, explanation })
+        });
+        let other: BTreeMap<String, Made> = other.collect();
+        let one = data(1);
+        let text = |key: &Digest| (*key == digest(1)).then_some(one.as_str());
+        for (before, after, expected) in [(&known, &other, expected), (&other, &known, back)] {
+            let told = shifts(before, after, &text).into_iter().map(|shift| {
+                let roots: Vec<String> = shift.roots.iter().map(ToString::to_string).collect();
+                format!("{} {:?}: {}", shift.binding, shift.how, roots.join("; "))
+            });
+            assert_eq!(told.collect::<Vec<_>>(), expected);
+        }
+    }
+
+    #[test]
+    fn what_has_no_result_says_how_it_came_to_that() {
+        let ended = [
+            ("e/again", 1, Ended::Failed),
+            ("e/never", 0, Ended::Waiting),
+            ("e/run[seed=0]", 2, Ended::Failed),
+            ("e/then", 0, Ended::Skipped),
+        ];
+        let told = [
+            "e/again Failed: ",
+            "e/run Failed: `sample.n` was 1, is 2 (e/run)",
+            "e/then Skipped: e/run failed",
+            "e/never NotRun: ",
+        ];
+        let back = [
+            "e/again Mended: ",
+            "e/never Mended: ",
+            "e/run Mended: `sample.n` was 2, is 1 (e/run)",
+            "e/then Mended: e/run does not fail any more",
+        ];
+        check_fates(&ended, &told, &back);
     }
 
     #[test]

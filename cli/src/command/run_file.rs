@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use ivx_engine::{Fate, Node, Outcome, Plan, platform};
+use ivx_engine::{Fate, Node, NodeIndex, Outcome, Plan, platform};
 
 /// What varies from run to run: where and when it was, and what became of each node.
 ///
@@ -21,17 +21,20 @@ pub(super) fn run_file(plan: &Plan, outcome: &Outcome, jobs: usize, started: Ins
         .collect();
     nodes.sort_unstable_by_key(|(address, _)| *address);
     let mut text = String::with_capacity(256 * (nodes.len() + 1));
-    write(&mut text, jobs, began, seconds.as_secs_f64(), &nodes).expect("strings take everything");
+    let address_of = |node: NodeIndex| plan.graph[node].address.as_str();
+    write(&mut text, jobs, began, seconds.as_secs_f64(), &nodes, &address_of)
+        .expect("strings take everything");
     text
 }
 
 /// - `began`: seconds since 1970.
-fn write(
+fn write<'p>(
     text: &mut String,
     jobs: usize,
     began: u64,
     seconds: f64,
     nodes: &[(&str, &Node)],
+    address_of: &dyn Fn(NodeIndex) -> &'p str,
 ) -> std::fmt::Result {
     let (version, platform) = (env!("CARGO_PKG_VERSION"), platform());
     write!(text, "(\n version: {version:?},\n platform: {platform:?},\n jobs: {jobs},\n")?;
@@ -51,6 +54,12 @@ fn write(
                 Some(digest) => writeln!(text, "   {name}: Some(\"{digest}\"),")?,
                 None => writeln!(text, "   {name}: None,")?,
             }
+        }
+        if let Fate::Skipped { cause } = node.fate {
+            writeln!(text, "   cause: Some({:?}),", address_of(cause))?;
+        }
+        if let Some(explanation) = &node.explanation {
+            writeln!(text, "   explanation: Some({explanation:?}),")?;
         }
         write!(text, "   fate: \"{fate}\",\n   millis: {millis},\n  ),\n")?;
     }
@@ -92,11 +101,12 @@ mod tests {
             key: Some(Digest([1; 32])),
             output: Some(output),
             fate: Fate::Ran { millis: 17 },
+            explanation: None,
         };
         let odd = "e/x[label=\"q\\\" \n\0\u{301}é\u{1f600}\u{7f}]";
         let mut text = String::new();
-        write(&mut text, 2, 5, 0.25, &[("a", &ran), (odd, &Node::default())])
-            .expect("strings take everything");
+        let nodes = [("a", &ran), (odd, &Node::default())];
+        write(&mut text, 2, 5, 0.25, &nodes, &|_| "").expect("strings take everything");
         let read: Read = ron::from_str(&text).expect("it is RON");
         let ran = ReadNode {
             key: Some("01".repeat(32)),

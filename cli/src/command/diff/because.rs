@@ -2,7 +2,7 @@
 
 use ivx_engine::{Change, Difference, Moved, Root, Setting, Shift};
 
-use super::Block;
+use super::{Block, told_together};
 
 /// How many reasons are told before the rest is counted.
 const MOST: usize = 5;
@@ -15,6 +15,11 @@ pub(super) fn headline(block: &Block, changes: &[Change]) -> (String, Vec<String
     let what = match block.how {
         Moved::Rekeyed => "re-keyed",
         Moved::Remade => "came out otherwise, of the same key",
+        Moved::Failed if block.roots.is_empty() => "failed, of the same key",
+        Moved::Failed => "failed, re-keyed",
+        Moved::Skipped => "skipped",
+        Moved::NotRun => "not run: the run ended before",
+        Moved::Mended => "with a result again",
         Moved::Renamed => "renamed",
         Moved::Added => "new",
         Moved::Gone => "gone",
@@ -39,7 +44,7 @@ pub(super) fn headline(block: &Block, changes: &[Change]) -> (String, Vec<String
 pub(super) fn own(shift: &Shift, block: &Block) -> String {
     let told = format!("{} {}", shift.nodes.len(), shift.binding);
     let roots: Vec<String> = match block.how {
-        Moved::Rekeyed => Vec::new(),
+        how if told_together(how) => Vec::new(),
         _ => shift.roots.iter().map(|root| shortened(&root.to_string())).collect(),
     };
     if roots.is_empty() { told } else { format!("{told} ({})", roots.join("; ")) }

@@ -102,6 +102,10 @@ fn shift(shift: &Shift, changes: &[Change], names_nodes: bool) -> Value {
     let how = match shift.how {
         Moved::Rekeyed => "rekeyed",
         Moved::Remade => "remade",
+        Moved::Failed => "failed",
+        Moved::Skipped => "skipped",
+        Moved::NotRun => "not run",
+        Moved::Mended => "mended",
         Moved::Renamed => "renamed",
         Moved::Added => "added",
         Moved::Gone => "gone",
@@ -130,6 +134,8 @@ fn root(root: &Root, changes: &[Change]) -> Value {
             })
         }
         Root::Remade { binding } => json!({ "kind": "remade", "binding": binding }),
+        Root::Failed { binding } => json!({ "kind": "failed", "binding": binding }),
+        Root::Mended { binding } => json!({ "kind": "mended", "binding": binding }),
         Root::Lost { binding } => json!({ "kind": "lost", "binding": binding }),
         Root::Axis { name, labels } => json!({ "kind": "axis", "axis": name, "labels": labels }),
         Root::Was { binding } => json!({ "kind": "was", "binding": binding }),
