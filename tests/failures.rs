@@ -48,8 +48,8 @@ experiment wrong {
 fn settings_that_do_not_fit_are_refused() {
     let project = Project::with(&[("small.ivx", include_str!("specs/small.ivx"))]);
     for (set, part) in [
-        ("members=many", "expected NAME=VALUE"),
-        ("members", "expected NAME=VALUE"),
+        ("members=many", "wants an Int, and `many` is none"),
+        ("members", "write NAME=VALUE without spaces"),
         ("membres=3", "did you mean `members`?"),
         ("members=2.5", "is Int, but its value by `--set` is Float"),
         ("members=0", "set here by `--set`"),

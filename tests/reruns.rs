@@ -41,7 +41,7 @@ fn results_do_not_depend_on_threads_or_the_cache() {
     let one = results(&["--jobs", "1"]);
     assert!(!one.1, "a machine has memory for these");
     assert_eq!(results(&["--jobs", "2"]), one);
-    assert_eq!(results(&["--jobs", "5", "--checkpoint", "0"]), one);
+    assert_eq!(results(&["--jobs", "5", "--checkpoint", "0s"]), one);
     assert_eq!(results(&["--jobs", "4", "--memory", "1KB"]), (one.0, true));
 }
 

@@ -1,6 +1,6 @@
 //! Dropping what nobody wants any more.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::broom::{Broom, folders, now, size, written};
@@ -39,8 +39,10 @@ pub struct Swept {
     pub objects: usize,
     /// States of computations that nobody went on with.
     pub checkpoints: usize,
-    /// Runs of the history.
-    pub runs: usize,
+    /// The names of runs of the history.
+    pub runs: BTreeSet<String>,
+    /// How many of the records each experiment made: the first word of a node's address.
+    pub experiments: BTreeMap<String, usize>,
     /// How many bytes less the store takes.
     pub freed: u64,
     /// How many records stay.
@@ -105,6 +107,10 @@ pub fn sweep(
     let others = others.saturating_sub(broom.freed()) + journals.overhead();
     let (kept, gone) = select(records, &uses, wanted, now, others, frame_len);
     (swept.records, swept.kept) = (gone.len(), kept.len());
+    for record in &gone {
+        let experiment = record.provenance.node.split('/').next().unwrap_or_default();
+        *swept.experiments.entry(experiment.to_owned()).or_default() += 1;
+    }
     merge::write(root, &journals, &kept, &mut broom)?;
     swept.objects = sweep_objects(root, &kept, wanted, &mut broom)?;
     if !dry {
@@ -142,7 +148,7 @@ fn forget(
     history: &[Run],
     wanted: &Wanted,
     broom: &mut Broom<'_>,
-) -> Result<usize, CacheError> {
+) -> Result<BTreeSet<String>, CacheError> {
     let goes = |run: &Run| match (wanted.since, wanted.max_bytes, &wanted.runs) {
         _ if run.kept || is_chosen(run, wanted) => false,
         (Some(since), ..) => run.ended < since,
@@ -156,7 +162,7 @@ fn forget(
     broom.sweep(&root.join("keys"), |name| !lists.contains(name))?;
     let found = named(stay);
     broom.sweep(&root.join(FOUND), |name| !found.contains(name))?;
-    Ok(gone.len())
+    Ok(gone.iter().map(|run| run.name.clone()).collect())
 }
 
 fn sweep_objects(

@@ -11,7 +11,8 @@ use clap::{Parser, Subcommand, ValueEnum};
 pub(crate) use cache::*;
 pub(crate) use runs::*;
 
-use crate::machine::bytes;
+use crate::size::parse_bytes;
+use crate::time::parse_span;
 
 /// Reproducible machine-learning experiments as dataflow over named axes.
 #[derive(Debug, Parser)]
@@ -52,12 +53,13 @@ Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[
     Fmt(Fmt),
     /// Say what moved between two results, and why.
     #[command(after_help = "\
-Examples: ivx diff results/thesis old/results.ron
+Examples: ivx diff
+          ivx diff results/thesis old/results.ron
           ivx diff 3f2a91bc 77aa
           ivx diff HEAD~1 --format markdown
 
 A and B are each a path, a run or a git revision; of several the first counts. A path is a results file, its
-folder, or a folder of such. A run is what `ivx runs` lists; the first digits are enough. At a revision, results
+folder, or a folder of such; alone, a spec means its last two runs. A run is what `ivx runs` lists; the first digits are enough. At a revision, results
 are those tracked below results/: `git add --force results/NAME/results.ron results/NAME/run.ron`. Of one run
 or file against many, that of its spec is compared.
 
@@ -117,7 +119,7 @@ pub(crate) struct Spec {
     pub(crate) sets: Vec<String>,
     /// The most nodes that the spec may expand to, and the most coordinates of one axis
     /// [default: 1000000].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub(crate) max_nodes: Option<usize>,
 }
 
@@ -148,15 +150,16 @@ pub(crate) struct Exec {
     /// Whether to put new results into the store, too [default: `IVX_STORE_MODE`, else read].
     #[arg(long, value_name = "MODE", value_enum)]
     pub(crate) store_mode: Option<StoreMode>,
-    /// How many threads nodes keep busy at once [default: one a core].
-    #[arg(long, short)]
+    /// How many threads nodes keep busy at once [default: one a core]. More than help are not
+    /// started.
+    #[arg(long, short, value_parser = at_least_one)]
     pub(crate) jobs: Option<usize>,
     /// How much memory nodes take at once, by their own estimates: `4GiB` [default: all there
     /// is]. One that takes more runs alone.
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
-    /// How many seconds of work a kill may cost a long node: so often its progress is kept.
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    /// How much work a kill may cost a long node: so often its progress is kept.
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = parse_span)]
     pub(crate) checkpoint: Duration,
     /// Fail when a claim fails.
     #[arg(long)]
@@ -223,21 +226,33 @@ pub(crate) struct Verify {
     #[arg(long, value_name = "SHARE", default_value = "100%", value_parser = share)]
     pub(crate) sample: f64,
     /// How many nodes run at once [default: one a core].
-    #[arg(long, short)]
+    #[arg(long, short, value_parser = at_least_one)]
     pub(crate) jobs: Option<usize>,
 }
 
-/// A span of time, written in seconds.
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    seconds.ok_or("write seconds such as `0.5`".to_owned())
+/// A number of things of which there is at least one.
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("nothing would run: write at least 1".to_owned()),
+        Ok(n) => Ok(n),
+        Err(_) => Err("write a whole number of at least 1".to_owned()),
+    }
+}
+
+/// A relative difference, such as `1e-9`.
+fn tolerance(text: &str) -> Result<f64, String> {
+    let tolerance = text.parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0);
+    tolerance.ok_or("write a number of at least 0, such as `1e-6`".to_owned())
 }
 
 /// A share from 0 to 1, written in percent.
 fn share(text: &str) -> Result<f64, String> {
     let percent = text.strip_suffix('%').and_then(|percent| percent.trim().parse::<f64>().ok());
     let percent = percent.filter(|percent| (0.0..=100.0).contains(percent));
-    percent.map(|percent| percent / 100.0).ok_or("write a share such as `5%`".to_owned())
+    percent.map(|percent| percent / 100.0).ok_or_else(|| match text.parse::<f64>() {
+        Ok(_) => format!("it has no unit: write `{text}%`"),
+        Err(_) => "write a share from `0%` to `100%`, such as `5%`".to_owned(),
+    })
 }
 
 #[derive(Debug, clap::Args)]
@@ -252,16 +267,16 @@ pub(crate) struct Fmt {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Diff {
-    /// What was: a path, a run or a git revision.
+    /// What was: a path, a run or a git revision [default: the run before the last, of the same spec].
     #[arg(value_name = "A")]
-    pub(crate) before: PathBuf,
-    /// What is, likewise [default: the project's results].
+    pub(crate) before: Option<PathBuf>,
+    /// What is, likewise [default: the project's results; without A, the last run].
     #[arg(value_name = "B")]
     pub(crate) after: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) store: Store,
     /// By how much a number may move, relative to its size.
-    #[arg(long, default_value_t = 1e-9)]
+    #[arg(long, default_value_t = 1e-9, value_parser = tolerance)]
     pub(crate) tolerance: f64,
     /// Name every node that is new, gone or another.
     #[arg(long)]

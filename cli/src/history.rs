@@ -53,6 +53,8 @@ pub(crate) struct Summary {
     pub(crate) profile: Option<String>,
     /// Every parameter, by address.
     pub(crate) params: BTreeMap<String, Setting>,
+    /// Who set those that have not their default: a profile or `--set`.
+    pub(crate) set_by: BTreeMap<String, String>,
     pub(crate) platform: String,
     /// The version of ivx.
     pub(crate) version: String,
@@ -138,6 +140,7 @@ impl Summary {
             files: files.digest.to_string(),
             profile: spec.profile.clone(),
             params: params(spec),
+            set_by: set_by(spec),
             platform: platform(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             library: ivx_library::SOURCE_DIGEST.to_owned(),
@@ -151,6 +154,12 @@ impl Summary {
             longest: longest.into_iter().map(|(address, ms)| (address.clone(), ms)).collect(),
             failures,
         }
+    }
+
+    /// The parameters that were set by hand.
+    pub(crate) fn by_hand(&self) -> impl Iterator<Item = (&String, &Setting)> {
+        let is_by_hand = |name: &String| self.set_by.get(name).is_some_and(|by| by == "`--set`");
+        self.params.iter().filter(move |(name, _)| is_by_hand(name))
     }
 
     /// What is remembered of a run; nothing if another version of ivx wrote it otherwise.
@@ -193,6 +202,15 @@ fn params(spec: &Spec) -> BTreeMap<String, Setting> {
         params.extend(own.map(|(name, value)| (format!("{}.{name}", experiment.name), value)));
     }
     params
+}
+
+fn set_by(spec: &Spec) -> BTreeMap<String, String> {
+    let own = spec.params.iter().map(|param| (param.name.clone(), param));
+    let of_experiments = spec.experiments.iter().flat_map(|experiment| {
+        experiment.params.iter().map(|p| (format!("{}.{}", experiment.name, p.name), p))
+    });
+    let changed = own.chain(of_experiments).filter(|(_, param)| param.by != "default");
+    changed.map(|(name, param)| (name, param.by.clone())).collect()
 }
 
 fn claims(results: &Results) -> BTreeMap<String, BTreeMap<String, String>> {

@@ -1,8 +1,10 @@
 //! The only crate that prints, reads files and knows the user.
 
+mod advice;
 mod args;
 mod command;
 mod date;
+mod ending;
 mod found;
 mod history;
 mod load;
@@ -12,20 +14,21 @@ mod project;
 mod reference;
 mod render;
 mod replace;
+mod set;
 mod setter;
 mod size;
+mod source;
 mod store;
 mod time;
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::sync::LazyLock;
 
 use clap::Parser as _;
-use ivx_engine::Stop;
 
 use args::{Args, Command};
 
+pub use ending::interrupt;
 pub use reference::reference;
 
 /// Everything went well.
@@ -37,21 +40,8 @@ pub const WRONG: u8 = 2;
 /// The disk or the cache failed.
 pub const BROKEN: u8 = 3;
 
-/// The run was stopped by hand.
+/// The command was stopped by hand.
 pub const STOPPED: u8 = 130;
-
-pub use ivx_library::command::abandon_all as abandon_programs;
-
-/// Asks the run of this process to stop.
-static STOP: LazyLock<Stop> = LazyLock::new(Stop::default);
-
-/// Asks the command to end early: what runs is finished and kept. Returns whether this is the
-/// first time; who asks twice does not want to wait.
-pub fn stop() -> bool {
-    let first = !STOP.asked();
-    STOP.ask();
-    first
-}
 
 /// Runs the command with these arguments, the first being its name. Returns the exit code.
 pub fn run(
@@ -59,7 +49,8 @@ pub fn run(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> u8 {
-    let args = match Args::try_parse_from(args) {
+    let line: Vec<OsString> = args.into_iter().collect();
+    let args = match Args::try_parse_from(&line) {
         Ok(args) => args,
         Err(usage) => {
             let (to, code): (&mut dyn Write, u8) =
@@ -69,7 +60,9 @@ pub fn run(
             } else {
                 usage.render().to_string()
             };
-            return write!(to, "{text}").map_or(BROKEN, |()| code);
+            let help = advice::advice(&usage, &line).map(|help| format!("help: {help}\n"));
+            let help = help.unwrap_or_default();
+            return write!(to, "{text}{help}").map_or(BROKEN, |()| code);
         }
     };
     let done = match &args.command {
@@ -118,12 +111,12 @@ enum Trouble {
         source: std::io::Error,
     },
     /// The spec cannot be read.
-    #[error("{path}: {source}")]
+    #[error("{path}: {why}")]
     Spec {
         /// Its path.
         path: String,
-        /// Why.
-        source: std::io::Error,
+        /// Why, and what was perhaps meant.
+        why: String,
     },
     /// A file does not hold what it should.
     #[error("{path}: {why}")]

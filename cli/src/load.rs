@@ -12,6 +12,7 @@ use ivx_grammar::{Code, Diagnostic, Spanned, externals, parse, suggest};
 use ivx_library::command;
 use ivx_op::{External, ExternalKind, Registry};
 
+use crate::source::{self, no_spec, plain};
 use crate::{Trouble, project};
 
 /// A spec's files, and what is wrong with them so far.
@@ -30,7 +31,10 @@ pub(crate) struct Loaded {
 /// # Errors
 /// If the spec itself cannot be read. Other files that cannot are diagnostics.
 pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> {
-    let unread = |source| Trouble::Spec { path: spec.display().to_string(), source };
+    let unread = |error: std::io::Error| {
+        let (path, why) = (spec.display().to_string(), no_spec(spec, &error));
+        Trouble::Spec { path, why }
+    };
     let path = fs::canonicalize(spec).map_err(unread)?;
     let root = project::root(&path);
     let mut loader = Loader {
@@ -40,7 +44,7 @@ pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> 
         known: BTreeMap::new(),
         open: Vec::new(),
     };
-    let text = fs::read_to_string(&path).map_err(unread)?;
+    let text = source::text(&path).map_err(unread)?;
     loader.file(&path, text);
     Ok(loader.loaded)
 }
@@ -146,7 +150,7 @@ impl Loader<'_> {
 
     /// The text of the file at `path`.
     fn text(&mut self, path: &Path, name: &Spanned<String>) -> Option<String> {
-        let text = fs::read_to_string(path).map_err(|error| unread(name, &error, None));
+        let text = source::text(path).map_err(|error| unread(name, &error, None));
         text.map_err(|fault| self.loaded.diagnostics.push(fault)).ok()
     }
 
@@ -206,14 +210,6 @@ fn lexical(path: &Path) -> PathBuf {
         }
     }
     plain
-}
-
-fn plain(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        std::io::ErrorKind::InvalidData => "it is not UTF-8 text".to_owned(),
-        _ => error.to_string(),
-    }
 }
 
 /// The files of its kind beside a file that is not there, as advice.

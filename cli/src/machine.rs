@@ -28,32 +28,6 @@ fn tightest(groups: &str, root: &Path) -> Option<u64> {
     around.filter_map(|folder| limit(folder)?.trim().parse().ok()).min()
 }
 
-/// So many bytes as `800MB`, `4GiB` or `2.5G` says; a plain number counts bytes.
-///
-/// # Errors
-/// If the text is no such thing.
-pub(crate) fn bytes(text: &str) -> Result<u64, String> {
-    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let (number, unit) = text.split_at(end);
-    let factor = match unit.trim().to_ascii_uppercase().as_str() {
-        "" | "B" => Some(1.0),
-        "K" | "KB" => Some(1e3),
-        "M" | "MB" => Some(1e6),
-        "G" | "GB" => Some(1e9),
-        "T" | "TB" => Some(1e12),
-        "KIB" => Some(1024.0),
-        "MIB" => Some(1024.0 * 1024.0),
-        "GIB" => Some(1024.0 * 1024.0 * 1024.0),
-        "TIB" => Some(1024.0 * 1024.0 * 1024.0 * 1024.0),
-        _ => None,
-    };
-    let bytes = number.parse::<f64>().ok().zip(factor).map(|(number, factor)| number * factor);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in range")]
-    let whole = |bytes: f64| bytes as u64;
-    let bytes = bytes.filter(|bytes| *bytes < 9e18).map(whole);
-    bytes.ok_or_else(|| "write a size such as `4GiB` or `800MB`".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,14 +55,5 @@ mod tests {
         limit(&inner, "1024\n");
         assert_eq!(tightest("0::/a/b\n", root.path()), Some(1024));
         assert_eq!(tightest("0::/\n", root.path()), Some(8192));
-    }
-
-    #[test]
-    fn sizes_are_read_as_people_write_them() {
-        let read = ["17", "2kb", "1.5M", "4GiB", "1 GB"].map(|text| bytes(text).ok());
-        assert_eq!(read, [17, 2000, 1_500_000, 4 << 30, 1_000_000_000].map(Some));
-        for text in ["", "GB", "-1", "1e9", "3 apples", "1..2", "99999999999G"] {
-            assert!(bytes(text).is_err(), "{text}");
-        }
     }
 }

@@ -18,10 +18,7 @@ pub(crate) fn attach(
     cache: &mut Cache,
     err: &mut dyn Write,
 ) -> io::Result<()> {
-    let Some(folder) = args.store.clone().or_else(|| variable("IVX_STORE").map(PathBuf::from))
-    else {
-        return Ok(());
-    };
+    let Some(folder) = folder(args) else { return Ok(()) };
     let name = folder.display().to_string();
     let open = || -> Result<Second, StoreError> {
         let (store, mode) = match mode {
@@ -44,6 +41,11 @@ pub(crate) fn attach(
         Err(error) => writeln!(err, "note: the store {name} is not used: {error}")?,
     }
     Ok(())
+}
+
+/// The store that the command line names, else the environment.
+pub(crate) fn folder(args: &args::Store) -> Option<PathBuf> {
+    args.store.clone().or_else(|| variable("IVX_STORE").map(PathBuf::from))
 }
 
 /// Says what went between the cache and its store, if anything did.

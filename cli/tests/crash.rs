@@ -38,7 +38,7 @@ fn ivx(folder: &Path, args: &[&str]) -> Command {
 
 fn exec(folder: &Path) -> Command {
     // So often that hardly a training is killed without having kept something.
-    ivx(folder, &["exec", "--jobs", "2", "--checkpoint", "0.003"])
+    ivx(folder, &["exec", "--jobs", "2", "--checkpoint", "0.003s"])
 }
 
 fn said(mut command: Command) -> String {

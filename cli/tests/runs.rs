@@ -170,14 +170,14 @@ fn runs_are_kept_and_dropped() {
         said(folder, &["runs"], 0).0.lines().next().is_some_and(|line| line.ends_with(", kept"))
     );
     // Kept ones stay, whatever a sweep is told.
-    said(folder, &["cache", "gc", "--keep-runs", "0"], 0);
+    said(folder, &["cache", "gc", "--keep-runs", "0", "--yes"], 0);
     assert_eq!(runs(folder).iter().map(name).collect::<Vec<_>>(), names[..1]);
     let (out, _) = said(folder, &["exec", "told.ivx"], 0);
     assert!(out.contains("0 of "), "{out}");
     // None is dropped if one is not there.
-    said(folder, &["runs", "drop", &names[0], &names[1]], 2);
+    said(folder, &["runs", "drop", "--yes", &names[0], &names[1]], 2);
     assert_eq!(runs(folder).len(), 2);
-    said(folder, &["runs", "drop", &names[0]], 0);
+    said(folder, &["runs", "drop", "--yes", &names[0]], 0);
     assert_eq!(runs(folder).iter().filter(|run| name(run) == names[0]).count(), 0);
 }
 

@@ -64,7 +64,7 @@ fn executed(folder: &Path, width: &str) -> usize {
 fn removed(folder: &Path, args: &[&str]) -> usize {
     let args = [&["cache", "gc"], args].concat();
     let dry = said(folder, &[&args[..], &["--dry-run"]].concat(), 0);
-    let wet = said(folder, &args, 0);
+    let wet = said(folder, &[&args[..], &["--yes"]].concat(), 0);
     assert_eq!(dry.replace("would remove", "removed").replace("would free", "freed"), wet);
     number(&wet, "record")
 }
@@ -122,8 +122,8 @@ fn age_and_size_are_limits_and_the_last_run_of_each_spec_may_be_chosen() {
     let nodes = executed(folder, "40");
     assert_eq!(removed(folder, &["--older-than", "1h"]), 0);
     assert_eq!(removed(folder, &["--max-size", "1GiB"]), 0);
-    assert_eq!(removed(folder, &["--keep-runs", "1", "--max-size", "0"]), 0);
-    let told = said(folder, &["cache", "gc", "--keep-runs", "1", "--max-size", "0"], 0);
+    assert_eq!(removed(folder, &["--keep-runs", "1", "--max-size", "0B"]), 0);
+    let told = said(folder, &["cache", "gc", "--keep-runs", "1", "--max-size", "0B", "--yes"], 0);
     assert!(told.contains("hold more than 0 B"), "{told}");
     // All that the long run used was used before.
     let left: u64 = ["objects", "journal", "runs", "keys", "found"]
@@ -131,7 +131,7 @@ fn age_and_size_are_limits_and_the_last_run_of_each_spec_may_be_chosen() {
         .flat_map(|what| cached(folder, what))
         .map(|path| fs::metadata(path).expect("it is there").len())
         .sum();
-    assert!(removed(folder, &["--max-size", &(left / 2).to_string()]) > 0);
+    assert!(removed(folder, &["--max-size", &format!("{}B", left / 2)]) > 0);
     assert_eq!(executed(folder, "40"), 0);
     assert!(number(&said(folder, &["exec", "specs/long.ivx"], 0), "of") > 0);
     assert!(removed(folder, &["--older-than", "0s"]) > nodes);
@@ -149,7 +149,7 @@ fn locks_are_roots() {
     assert_eq!((executed(folder, "40"), executed(folder, "30")), (0, others));
     // A lock that can't be understood may need anything.
     fs::write(folder.join("specs/ivx.lock"), "damaged").expect("files can be written");
-    let refused = said(folder, &["cache", "gc", "--older-than", "0s"], 3);
+    let refused = said(folder, &["cache", "gc", "--older-than", "0s", "--yes"], 3);
     assert!(refused.contains("specs/ivx.lock"), "{refused}");
     assert_eq!(executed(folder, "30"), 0);
 }
@@ -186,7 +186,7 @@ fn a_cache_in_use_is_not_swept_and_a_run_beside_sweeps_is_not_harmed() {
     let mut child = command.stdout(Stdio::null()).spawn().expect("the command starts");
     let (mut n_refused, mut n_swept) = (0, 0);
     while child.try_wait().expect("the child can be asked").is_none() {
-        let gc = ivx(folder, &["cache", "gc", "--older-than", "0s"]).output();
+        let gc = ivx(folder, &["cache", "gc", "--older-than", "0s", "--yes"]).output();
         let gc = gc.expect("the command runs");
         let err = String::from_utf8_lossy(&gc.stderr).into_owned();
         if gc.status.success() {

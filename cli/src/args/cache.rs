@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Subcommand;
 
 use super::Format;
-use crate::machine::bytes;
+use crate::size::parse_bytes;
 use crate::time::parse_age;
 
 /// What to do with the cache of the project that the command is called in.
@@ -18,7 +18,7 @@ pub(crate) enum Cache {
     /// Remove results that nobody wants any more, and what killed runs left.
     ///
     /// What kept runs used stays (`ivx runs keep`), and what an `ivx.lock` of this project names.
-    /// Without a limit, no result is removed.
+    /// Without a limit, no result is removed. What would go is told first, and asked for on a terminal.
     #[command(after_help = "\
 Examples:
   ivx cache gc --keep-runs 5                       only what the last 5 runs of each spec used
@@ -61,11 +61,14 @@ pub(crate) struct Gc {
     #[arg(long, value_name = "AGE", value_parser = parse_age)]
     pub(crate) older_than: Option<Duration>,
     /// Remove what was used longest ago until the cache fits: `500MiB`, `10GiB`.
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub(crate) max_size: Option<u64>,
     /// Only say what would be removed.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "yes")]
     pub(crate) dry_run: bool,
+    /// Do not ask. Where nobody can be asked, nothing is removed without it.
+    #[arg(long)]
+    pub(crate) yes: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -21,7 +21,7 @@ pub(crate) enum RunsCommand {
     Keep(Named),
     /// Take runs out of the history; what they used goes with the next `ivx cache gc` that
     /// finds no other use of it.
-    Drop(Named),
+    Drop(Dropped),
 }
 
 #[derive(Debug, clap::Args)]
@@ -29,6 +29,15 @@ pub(crate) struct Named {
     /// Their names, as `ivx runs` lists them; the first digits are enough.
     #[arg(required = true, value_name = "RUN")]
     pub(crate) names: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Dropped {
+    #[command(flatten)]
+    pub(crate) named: Named,
+    /// Do not ask. Where nobody can be asked, nothing is dropped without it.
+    #[arg(long)]
+    pub(crate) yes: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -10,6 +10,7 @@ mod verify;
 use std::io::Write;
 use std::path::PathBuf;
 
+use super::count;
 use crate::{Trouble, args, project};
 
 pub(crate) fn cache(
@@ -34,9 +35,4 @@ fn root() -> Result<PathBuf, Trouble> {
         return Ok(root);
     }
     Err(Trouble::Content { path: root.display().to_string(), why: "there is no cache".to_owned() })
-}
-
-/// `1 record`, `2 records`.
-fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

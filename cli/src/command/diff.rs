@@ -21,7 +21,7 @@ use crate::found::Found;
 use crate::render::visible;
 use crate::{At as _, FAILED, OK, Trouble, WRONG, project, store};
 
-use side::{Side, current, side};
+use side::{Side, current, is_spec, last, side};
 
 /// What differs between the results of one spec.
 struct Pair {
@@ -68,12 +68,21 @@ pub(crate) fn diff(
     for trouble in history.iter().flat_map(|history| &history.troubles) {
         writeln!(err, "note: {trouble}")?;
     }
-    let mut found = |name: Option<&Path>| match name {
-        Some(name) => side(name, &root, history.as_ref(), err),
-        None => current(&root, err),
+    let sides = match (&args.before, &args.after) {
+        (None, _) => last(None, history.as_ref(), err)?,
+        (Some(spec), None) if is_spec(spec) => last(Some(spec), history.as_ref(), err)?,
+        (Some(before), after) => {
+            let Some(before) = side(before, &root, history.as_ref(), err)? else {
+                return Ok(WRONG);
+            };
+            let after = match after {
+                Some(after) => side(after, &root, history.as_ref(), err)?,
+                None => current(&root, err)?,
+            };
+            after.map(|after| (before, after))
+        }
     };
-    let Some(before) = found(Some(&args.before))? else { return Ok(WRONG) };
-    let Some(after) = found(args.after.as_deref())? else { return Ok(WRONG) };
+    let Some((before, after)) = sides else { return Ok(WRONG) };
     let titles = (before.title.clone(), after.title.clone());
     let Some(paired) = pair(before, after, err)? else { return Ok(WRONG) };
     let mut cache = Cache::look(&cache, &platform())?;
@@ -181,11 +190,17 @@ fn interval(samples: &[f64]) -> Option<(f64, f64)> {
     is_sound.then(|| student_t(samples, 0.95))
 }
 
+/// Whether nodes to which this happened are told of with its reasons: coordinates, and names that they
+/// had, are told of each.
+fn told_together(how: Moved) -> bool {
+    !matches!(how, Moved::Remade | Moved::Renamed | Moved::Added | Moved::Gone)
+}
+
 /// Shifts by what happened and why. Coordinates are no such reason: they are told of each.
 fn blocks(shifts: Vec<Shift>) -> Vec<Block> {
     let mut blocks: Vec<Block> = Vec::new();
     for shift in shifts {
-        let roots = if shift.how == Moved::Rekeyed { shift.roots.clone() } else { Vec::new() };
+        let roots = if told_together(shift.how) { shift.roots.clone() } else { Vec::new() };
         match blocks.iter_mut().find(|block| block.how == shift.how && block.roots == roots) {
             Some(block) => block.shifts.push(shift),
             None => blocks.push(Block { how: shift.how, roots, shifts: vec![shift] }),
@@ -214,6 +229,10 @@ impl Nodes {
         let all = [
             (Moved::Rekeyed, "re-keyed"),
             (Moved::Remade, "with their key and another result"),
+            (Moved::Failed, "failed"),
+            (Moved::Skipped, "skipped"),
+            (Moved::NotRun, "not run"),
+            (Moved::Mended, "with a result again"),
             (Moved::Renamed, "renamed"),
             (Moved::Added, "new"),
             (Moved::Gone, "gone"),

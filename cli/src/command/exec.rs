@@ -7,8 +7,7 @@ use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Fate, Lock, Options, Outcome, Plan, Report, Results, expand, page, platform, report, schedule,
-    wanted,
+    Lock, Options, Outcome, Plan, Report, Results, expand, page, platform, report, schedule, wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
@@ -17,13 +16,14 @@ use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
 use super::{jobs, lock, ready};
+use crate::ending::{STOP, heeding};
 use crate::found;
 use crate::history::{self, Files, Summary};
 use crate::machine::memory;
 use crate::progress::Progress;
 use crate::replace::replace;
 use crate::time::now_millis;
-use crate::{At as _, FAILED, OK, STOP, STOPPED, Trouble, WRONG, args, project, store};
+use crate::{At as _, FAILED, OK, STOPPED, Trouble, WRONG, args, project, store};
 
 pub(crate) fn exec(
     args: &args::Exec,
@@ -46,6 +46,13 @@ pub(crate) fn exec(
             return Ok(WRONG);
         }
     };
+    if args.store_mode.is_some() && store::folder(&args.store).is_none() {
+        writeln!(
+            err,
+            "error: `--store-mode` is of no store: add `--store DIR`, or set `IVX_STORE`"
+        )?;
+        return Ok(WRONG);
+    }
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
@@ -54,7 +61,7 @@ pub(crate) fn exec(
     let plan = expand(&ready.spec, &ready.registry);
     ready.spec.exprs = Vec::new();
     ready.spec.held = Vec::new();
-    let jobs = jobs(args.jobs);
+    let jobs = jobs(args.jobs, err)?;
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     store::attach(&args.store, mode, &mut cache, err)?;
     for trouble in cache.troubles() {
@@ -73,13 +80,13 @@ pub(crate) fn exec(
     };
     let files = Files::of(&ready.loaded.project);
     let mut progress = Progress::new(err, jobs);
-    let outcome =
-        schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress);
+    let outcome = heeding(|| {
+        schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress)
+    });
     progress.finish();
     let (outcome, report) = match outcome {
         Ok(outcome) => {
-            let stopped = STOP.asked() && outcome.nodes.iter().any(|n| n.fate == Fate::Waiting);
-            let report = (!stopped).then(|| report(&name, &ready.spec, &plan, &outcome));
+            let report = (!STOP.asked()).then(|| report(&name, &ready.spec, &plan, &outcome));
             let results = report.as_ref().map(|report| &report.results);
             let spec = &ready.spec;
             let mut summary = Summary::of(spec, &files, &plan, &outcome, results, jobs, started);

@@ -13,7 +13,7 @@ use ivx_grammar::suggest;
 use ivx_library::command::npz;
 use ivx_op::read_tensors;
 
-use super::why::{matching, unknown};
+use super::why::{named, swapped};
 use super::{diff, ready};
 use crate::args::{self, StoreMode};
 use crate::{At as _, OK, Trouble, WRONG, project, store};
@@ -97,14 +97,17 @@ fn node(
         writeln!(err, "error: name the node: `ivx plan --nodes` lists them")?;
         return Ok(None);
     };
+    if let Some(spec) = swapped(&args.spec.path, name) {
+        let path = args.spec.path.display();
+        writeln!(err, "error: the spec comes before the node: `ivx export {spec} {path} --to ..`")?;
+        return Ok(None);
+    }
     let Some(ready) = ready(&args.spec, err)? else { return Ok(None) };
     let plan = expand(&ready.spec, &ready.registry);
-    let node = match matching(&plan, name)[..] {
-        [] => {
-            unknown(&plan, name, err)?;
-            return Ok(None);
-        }
+    let Some((name, nodes)) = named(&plan, name, err)? else { return Ok(None) };
+    let node = match nodes[..] {
         [node] => node,
+        [] => unreachable!("a name means at least one node"),
         [first, second, ..] => {
             let (first, second) = (&plan.graph[first].address, &plan.graph[second].address);
             writeln!(err, "error: `{name}` is several nodes, such as {first} and {second}")?;

@@ -1,6 +1,5 @@
 //! `ivx fmt`
 
-use std::fs;
 use std::io::Write;
 
 use ivx_grammar::format;
@@ -8,13 +7,18 @@ use ivx_grammar::format;
 use super::tell;
 use crate::args::Fmt;
 use crate::replace::replace;
-use crate::{At as _, FAILED, OK, Trouble, WRONG};
+use crate::{FAILED, OK, Trouble, WRONG, source};
 
 pub(crate) fn fmt(args: &Fmt, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
     let mut code = OK;
     for path in &args.paths {
-        let text = fs::read_to_string(path).at(path)?;
         let shown = path.display().to_string();
+        let text = match source::text(path) {
+            Ok(text) => text,
+            Err(error) => {
+                return Err(Trouble::Spec { path: shown, why: source::no_spec(path, &error) });
+            }
+        };
         match format(&text) {
             Ok(formatted) if formatted == text => {}
             Ok(formatted) => {

@@ -2,6 +2,7 @@
 
 mod cache;
 mod check;
+mod consent;
 mod diff;
 mod exec;
 mod explain;
@@ -20,17 +21,18 @@ mod summary;
 mod verify;
 mod why;
 
-use std::io::{IsTerminal as _, Write};
+use std::io::{self, IsTerminal as _, Write};
 
 use ivx_grammar::check::{Settings, runs as can_run};
 use ivx_grammar::ir;
-use ivx_grammar::{Diagnostic, Severity, parse_literal};
+use ivx_grammar::{Diagnostic, Severity};
 use ivx_library::registry;
 use ivx_op::Registry;
 
 use crate::args;
 use crate::load::{Loaded, load};
-use crate::render::render;
+use crate::render::{render, visible};
+use crate::set::sets;
 use crate::{Trouble, colours};
 
 pub(crate) use cache::cache;
@@ -56,26 +58,36 @@ struct Ready {
     n_warnings: usize,
 }
 
-/// How many nodes run at once: as many as asked for, else one a core.
-fn jobs(asked: Option<usize>) -> usize {
-    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+/// How many nodes run at once: as many as asked for, else one a core. Programs may wait for others,
+/// so that more than one a core help, but not any number of them.
+fn jobs(asked: Option<usize>, err: &mut dyn Write) -> io::Result<usize> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let (asked, most) = (asked.unwrap_or(cores), (16 * cores).max(64));
+    if asked > most {
+        let cores = count(cores, "core");
+        writeln!(err, "note: {most} jobs instead of {asked}: more do not help on {cores}")?;
+    }
+    Ok(asked.min(most))
+}
+
+/// `1 record`, `2 records`.
+fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Loads and checks a spec. What is wrong with it goes to `err`; with an error among that,
 /// `None`.
 fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Trouble> {
-    let mut sets = Vec::new();
-    for set in &args.sets {
-        let parsed = set.split_once('=').map(|(name, value)| (name.trim(), parse_literal(value)));
-        let Some((name, Some(value))) = parsed else {
-            writeln!(err, "error: `--set {set}`: expected NAME=VALUE, such as `--set members=16`")?;
-            return Ok(None);
-        };
-        sets.push((name.to_owned(), value));
-    }
-    let settings = Settings { profile: args.profile.clone(), sets, max_nodes: args.max_nodes };
     let registry = registry();
     let loaded = load(&args.path, &registry)?;
+    let sets = match sets(&args.sets, &loaded.project) {
+        Ok(sets) => sets,
+        Err((message, help)) => {
+            writeln!(err, "error: {}\nhelp: {}", visible(&message), visible(&help))?;
+            return Ok(None);
+        }
+    };
+    let settings = Settings { profile: args.profile.clone(), sets, max_nodes: args.max_nodes };
     let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
     // Of text that does not read, warnings would be noise.
     let whole = can_run(&loaded.diagnostics);

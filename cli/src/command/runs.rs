@@ -7,10 +7,12 @@ use std::time::{Duration, UNIX_EPOCH};
 use ivx_cache::{History, Run};
 use serde_json::{Value, json};
 
+use super::consent::consent;
 use crate::args::{Format, RunsCommand};
 use crate::date::spell_moment;
 use crate::history::{Nodes, Summary};
 use crate::progress::spell;
+use crate::render::visible;
 use crate::{OK, Trouble, WRONG, args, project};
 
 pub(crate) fn runs(
@@ -27,16 +29,25 @@ pub(crate) fn runs(
     };
     let (names, keeps) = match &args.command {
         None => {
-            list(&history.runs, args.format, out)?;
+            list(history.runs.iter(), args.format, out)?;
             return Ok(OK);
         }
         Some(RunsCommand::Keep(named)) => (&named.names, true),
-        Some(RunsCommand::Drop(named)) => (&named.names, false),
+        Some(RunsCommand::Drop(dropped)) => (&dropped.named.names, false),
     };
     let mut named = Vec::new();
     for name in names {
         let Some(run) = find(&history.runs, name, err)? else { return Ok(WRONG) };
         named.push(run);
+    }
+    if let Some(RunsCommand::Drop(dropped)) = &args.command
+        && !dropped.yes
+    {
+        writeln!(out, "would drop, with what they found out:")?;
+        list(named.iter().copied(), Format::Text, out)?;
+        if !consent(false, err)? {
+            return Ok(WRONG);
+        }
     }
     for run in named {
         if keeps {
@@ -81,9 +92,13 @@ pub(super) fn find<'a>(
     Ok(None)
 }
 
-fn list(runs: &[Run], format: Format, out: &mut dyn Write) -> io::Result<()> {
+fn list<'a>(
+    runs: impl Iterator<Item = &'a Run>,
+    format: Format,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     if format == Format::Json {
-        let runs: Vec<Value> = runs.iter().map(as_json).collect();
+        let runs: Vec<Value> = runs.map(as_json).collect();
         return writeln!(out, "{:#}", Value::from(runs));
     }
     for run in runs {
@@ -97,6 +112,10 @@ fn list(runs: &[Run], format: Format, out: &mut dyn Write) -> io::Result<()> {
         write!(out, "{}", summary.spec)?;
         if let Some(profile) = &summary.profile {
             write!(out, " {profile}")?;
+        }
+        // As the command line took them.
+        for (name, value) in summary.by_hand() {
+            write!(out, " --set {}", visible(&format!("{name}={value}")))?;
         }
         for (n, verdict) in verdicts(&summary) {
             write!(out, ", {n} {verdict}")?;
@@ -127,6 +146,9 @@ fn verdicts(summary: &Summary) -> Vec<(usize, &str)> {
 /// A run as programs read it.
 pub(super) fn as_json(run: &Run) -> Value {
     let mut value = serde_json::to_value(Summary::read(run)).expect("a summary is plain data");
+    let by_hand = Summary::read(run);
+    let by_hand = by_hand.by_hand().map(|(name, value)| (name.clone(), json!(value))).collect();
+    value["set"] = Value::Object(by_hand);
     value["run"] = json!(run.name);
     value["kept"] = json!(run.kept);
     value["ended"] = json!(run.ended);

@@ -54,7 +54,10 @@ fn tell(run: &Run, out: &mut dyn Write) -> io::Result<()> {
         write!(out, ", {failed} failed, {skipped} skipped because of them")?;
     }
     writeln!(out)?;
-    let params = summary.params.iter().map(|(name, value)| format!("{name} = {}", text(value)));
+    let params = summary.params.iter().map(|(name, value)| {
+        let by = summary.set_by.get(name).map_or_else(String::new, |by| format!(", by {by}"));
+        format!("{name} = {}{by}", text(value))
+    });
     part("parameters", params, out)?;
     let claims = summary.claims.iter().flat_map(|(experiment, claims)| {
         claims.iter().map(move |(words, verdict)| format!("{verdict:<9} {experiment}: {words}"))

@@ -1,8 +1,10 @@
 //! What `ivx exec` says at its end: claims, then what was run.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::time::Duration;
 
+use ivx_cache::Digest;
 use ivx_engine::{Claim, Fate, Outcome, Plan, Results};
 use ivx_grammar::ir::Spec;
 use ivx_op::{Finding, Outcome as Verdict};
@@ -42,10 +44,27 @@ pub(super) fn executed(
     let failed = count(|fate| matches!(fate, Fate::Failed { .. }));
     let skipped = count(|fate| matches!(fate, Fate::Skipped { .. }));
     write!(out, "{ran} of {} nodes executed", plan.graph.node_count())?;
+    let (known, equal) = known(outcome);
+    if known > 0 {
+        write!(out, ", {known} known from earlier runs")?;
+    }
+    if equal > 0 {
+        write!(out, ", {equal} equal to one of these (same operation, same inputs)")?;
+    }
     if failed > 0 {
         write!(out, ", {failed} failed, {skipped} skipped because of them")?;
     }
     writeln!(out, " ({})", spell(took))
+}
+
+/// How many results were known before, and how many are those of another node that was executed.
+fn known(outcome: &Outcome) -> (usize, usize) {
+    let ran = outcome.nodes.iter().filter(|node| matches!(node.fate, Fate::Ran { .. }));
+    let ran: BTreeSet<Digest> = ran.filter_map(|node| node.key).collect();
+    let hits = outcome.nodes.iter().filter(|node| node.fate == Fate::Hit);
+    let (equal, known): (Vec<_>, Vec<_>) =
+        hits.partition(|node| node.key.is_some_and(|key| ran.contains(&key)));
+    (known.len(), equal.len())
 }
 
 /// One line a claim, and one for each coordinate at which it does not hold.
@@ -101,6 +120,26 @@ fn difference(finding: &Finding) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_not_executed_was_known_or_equals_what_was() {
+        let node = |key: u8, fate| ivx_engine::Node {
+            key: Some(Digest([key; 32])),
+            fate,
+            ..ivx_engine::Node::default()
+        };
+        let ran = Fate::Ran { millis: 1 };
+        let nodes = vec![
+            node(1, Fate::Hit),
+            node(2, Fate::Hit),
+            node(2, ran.clone()),
+            node(3, ran),
+            node(4, Fate::Waiting),
+            node(5, Fate::Hit),
+            node(2, Fate::Hit),
+        ];
+        assert_eq!(known(&Outcome { nodes, ..Outcome::default() }), (2, 2));
+    }
 
     #[test]
     fn what_a_title_holds_stays_on_its_line() {

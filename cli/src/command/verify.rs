@@ -23,7 +23,7 @@ pub(crate) fn verify(
     let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
     store::attach(&args.store, StoreMode::Read, &mut cache, err)?;
     consult(&plan, &ready.registry, &mut cache);
-    let jobs = jobs(args.jobs);
+    let jobs = jobs(args.jobs, err)?;
     let mut progress = Progress::new(err, jobs);
     let verified =
         ivx_engine::verify(&plan, &ready.registry, &cache, args.sample, jobs, &mut progress);

@@ -13,7 +13,7 @@ use crate::command::runs::find;
 use crate::found::Found;
 use crate::history::Summary;
 use crate::render::visible;
-use crate::{At as _, Trouble};
+use crate::{At as _, Trouble, project};
 
 /// One side of a comparison.
 pub(super) struct Side {
@@ -73,6 +73,47 @@ pub(super) fn side(
             Ok(None)
         }
     }
+}
+
+/// Whether a path is that of a spec.
+pub(super) fn is_spec(path: &Path) -> bool {
+    path.extension().is_some_and(|kind| kind == "ivx")
+}
+
+/// The last two runs that found something out of one spec, the earlier first: of the spec that is
+/// named, or of the one that ran last. Says which they are, or that there are none.
+pub(super) fn last(
+    spec: Option<&Path>,
+    history: Option<&History>,
+    err: &mut dyn Write,
+) -> Result<Option<(Side, Side)>, Trouble> {
+    let runs = history.map(|history| history.runs.as_slice()).unwrap_or_default();
+    let summaries = runs.iter().map(|run| (run, Summary::read(run)));
+    let told: Vec<(&Run, Summary)> = summaries.filter(|(_, s)| s.found.is_some()).collect();
+    let spec = match spec {
+        Some(path) => {
+            let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+            let root = project::root(&path);
+            Some(path.strip_prefix(&root).unwrap_or(&path).display().to_string())
+        }
+        None => told.last().map(|(_, summary)| summary.spec.clone()),
+    };
+    let (Some(history), Some(spec)) = (history, spec) else {
+        writeln!(err, "error: there are no runs to compare: `ivx exec SPEC` makes one")?;
+        return Ok(None);
+    };
+    let mut own = told.iter().rev().filter(|(_, summary)| summary.spec == spec);
+    let (Some((new, _)), Some((old, _))) = (own.next(), own.next()) else {
+        let n =
+            if told.iter().any(|(_, summary)| summary.spec == spec) { "one run" } else { "no run" };
+        let said = format!("there is {n} of {spec}, and two are compared: `ivx runs` lists all");
+        writeln!(err, "error: {}", visible(&said))?;
+        return Ok(None);
+    };
+    let said = format!("of {spec}: the last run, {}, with the one before, {}", new.name, old.name);
+    writeln!(err, "{}", visible(&said))?;
+    let (before, after) = (of_run(old, history, err)?, of_run(new, history, err)?);
+    Ok(before.zip(after))
 }
 
 /// The results in the project's own folder.
