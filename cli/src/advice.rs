@@ -19,8 +19,8 @@ pub(crate) fn advice(usage: &clap::Error, args: &[OsString]) -> Option<String> {
         ErrorKind::UnknownArgument => {
             let unknown = text(ContextKind::InvalidArg)?;
             split_set(args).or_else(|| {
-                let is_known = usage.get(ContextKind::SuggestedArg).is_some();
-                if let Some(name) = unknown.strip_prefix("--").filter(|_| !is_known) {
+                // Whatever is called alike: `--members` is no `--memory`.
+                if let Some(name) = unknown.strip_prefix("--") {
                     let name = name.split('=').next().unwrap_or(name);
                     Some(format!("a parameter of the spec is set by `--set {name}=VALUE`"))
                 } else if unknown.contains('=') {
@@ -87,7 +87,6 @@ mod tests {
         let set = "a parameter of the spec is set by `--set members=VALUE`";
         check("ivx exec a.ivx --members 3", Some(set));
         check("ivx exec a.ivx --members=3", Some(set));
-        check("ivx exec a.ivx --job 3", None);
         let words = "name and value are one word: `--set n=3`";
         check("ivx exec a.ivx --set n 3", Some(words));
         check("ivx exec --set n 3 a.ivx", Some(words));

@@ -11,14 +11,17 @@ experiment demo {
     param noise: Float = 0.1
     param points: Int = 5
     profile quick { points = 4 }
-    let data = sample(sinusoids(), n: points, noise: noise)
-    measure level = noise * 2.0
+    let white = belief([lottery([0.0], [1.0])])
+    let choice = decide(boxes(left: white, right: white))
+    measure level = choice * noise
+    measure many = choice + points
 }
 
 experiment other {
     param points: Int = 3
-    measure error = points * 1.0
-    measure level = 1.0
+    let white = belief([lottery([0.0], [1.0])])
+    measure error = decide(boxes(left: white, right: white)) * 3.0
+    measure level = error + points
 }
 "#;
 

@@ -173,7 +173,9 @@ fn a_large_plan_is_not_waited_for() {
 experiment e {
     axis i = 0..300
     axis j = 0..1000
-    measure x = mean(i + 1.0 * j, over: j)
+    let white = belief([lottery([0.0], [1.0])])
+    let choice = decide(boxes(left: white, right: white))
+    measure x = mean(choice * (i + 1.0 * j), over: j)
 }
 "#;
     let folder = project(text);
@@ -182,7 +184,6 @@ experiment e {
         let run = start(folder, &[command, "e.ivx"]);
         sleep(Duration::from_millis(300));
         let (code, out) = stopped(run, "-TERM");
-        assert!(code == Some(130) || code == Some(0), "{command}: {out}");
+        assert_eq!(code, Some(130), "{command}: {out}");
     }
-    assert!(said(folder, &["cache", "verify"]).contains("nothing is damaged"));
 }

@@ -101,7 +101,7 @@ pub(super) fn named(
 /// Says that no node has this name, and which was perhaps meant.
 fn unknown(plan: &Plan, name: &str, err: &mut dyn Write) -> io::Result<()> {
     let known = || addresses(plan).map(|(address, _)| address);
-    let bare = known().filter_map(|address| Some(stem(address).split_once('/')?.1));
+    let bare = known().filter_map(|address| stem(address).split('/').nth(1));
     let help = suggest(name, known().map(stem));
     let is_near = |help: &String| help.starts_with("did you mean");
     let help = help.filter(is_near).or_else(|| suggest(name, bare).filter(is_near));
