@@ -495,9 +495,9 @@ mod tests {
         let known: Vec<_> = ended.iter().map(|(address, ..)| (*address, 1, 11)).collect();
         let known = run(&known);
         let other = ended.iter().map(|(address, key, fate)| {
+            let explanation = (*fate == Ended::Failed).then(|| data(*key));
             let key = (*key > 0).then(|| digest(*key));
             let cause = (*fate == Ended::Skipped).then(|| "e/run[seed=0]".to_owned());
-            let explanation = (*fate == Ended::Failed).then(|| data(*key));
             ((*address).to_owned(), Made { key, output: None, fate: *fate, cause, explanation })
         });
         let other: BTreeMap<String, Made> = other.collect();
