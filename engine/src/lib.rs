@@ -16,6 +16,7 @@ mod key;
 mod lock;
 mod markdown;
 mod moved;
+mod options;
 mod outcome;
 mod page;
 mod plan;
@@ -38,6 +39,7 @@ pub use key::{explain, key, number_digest};
 pub use lock::{Lock, Locks};
 pub use markdown::code;
 pub use moved::{Beyond, Interval, Largest, Move, Outside};
+pub use options::Options;
 pub use outcome::{Fate, Node, Outcome};
 pub use page::{Origin, page};
 pub use petgraph::graph::NodeIndex;
@@ -46,7 +48,7 @@ pub use platform::platform;
 pub use results::{
     Claim, ExperimentResults, Measure, Report, Results, Setting, report, settings, wanted,
 };
-pub use schedule::{Options, schedule};
+pub use schedule::schedule;
 pub use shift::{Ended, Made, Moved, Root, Shift, shifts};
 pub use stop::Stop;
 pub use tidy::{Coordinate, Row, Tidy, tidy};

@@ -37,7 +37,7 @@ pub(super) fn gc(args: &args::Gc, out: &mut dyn Write, err: &mut dyn Write) -> R
         limits(history)
     };
     if args.dry_run || !args.yes {
-        let swept = swept(&root, Sweep::Dry, &wanted, err)?;
+        let swept = swept(&root, Sweep::Dry, wanted, err)?;
         let deletes = swept.records + swept.objects + swept.checkpoints + swept.runs.len() > 0;
         if args.dry_run || deletes {
             tell(&swept, Sweep::Dry, &specs.borrow(), out)?;
@@ -50,7 +50,7 @@ pub(super) fn gc(args: &args::Gc, out: &mut dyn Write, err: &mut dyn Write) -> R
             return Ok(WRONG);
         }
     }
-    let swept = swept(&root, Sweep::Wet, &wanted, err)?;
+    let swept = swept(&root, Sweep::Wet, wanted, err)?;
     tell(&swept, Sweep::Wet, &specs.borrow(), out)?;
     note(&swept, args.max_size, err)?;
     Ok(OK)
