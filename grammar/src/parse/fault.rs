@@ -57,7 +57,9 @@ impl Fault {
         if let Some(fault) = context.string_fault() {
             return fault;
         }
-        match habit::within(text, start, place, open).filter(|_| !context.begins_item()) {
+        match habit::within(text, start, place, open)
+            .filter(|_| !scan::is_word(context.found) || !context.begins_item())
+        {
             Some(habit) => Self::habit(habit),
             None => context.explain(),
         }

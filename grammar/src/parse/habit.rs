@@ -114,7 +114,11 @@ pub(super) fn item(text: &str, place: usize) -> Option<Habit> {
         ),
         _ => return None,
     };
-    habit(message, help)
+    // A block of another language goes as a whole.
+    let line = place + text[place..].lines().next().map_or(0, str::len);
+    let brace = text[place..line].find('{').map(|at| place + at);
+    let resume = brace.map(|brace| scan::block_end(text, brace));
+    habit(message, help).map(|habit| Habit { resume, ..habit })
 }
 
 /// Where the item that begins at `start` stops being one, at `place`.
