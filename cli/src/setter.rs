@@ -1,8 +1,11 @@
 //! Which parameter a description of a node is, and who set it.
 
-use ivx_grammar::ast::{Expr, ExprKind, Item, ItemKind, Name};
+use std::borrow::Cow;
+
+use ivx_engine::address::{parts, stem};
+use ivx_grammar::ast::{Expr, ExprKind, Item, ItemKind};
 use ivx_grammar::check::Project;
-use ivx_grammar::ir::{Param, Spec};
+use ivx_grammar::ir::{Param, Spec, titled};
 use ivx_op::Registry;
 
 /// The name of a parameter, as `--set` takes it, and who set it: `default`, a profile or `--set`.
@@ -26,8 +29,8 @@ pub(crate) fn setter(
     address: &str,
     path: &str,
 ) -> Option<Setter> {
-    let (experiment, rest) = address.split_once('/')?;
-    let binding = rest.split(['/', '[', '#']).next()?;
+    let parts = parts(address);
+    let (experiment, binding) = (*parts.first()?, stem(parts.get(1)?));
     let (place, items) = project.files.iter().enumerate().find_map(|(i, file)| {
         let inside = file.ast.items.iter().find_map(|item| match &item.kind {
             ItemKind::Experiment { name, items } if name.value == experiment => Some(items),
@@ -69,7 +72,7 @@ impl<'a> Seen<'a> {
     /// The item of a name, with the names that can be used there.
     fn find(&self, name: &str) -> Option<(Self, &'a Item)> {
         for (i, (_, items)) in self.scopes.iter().enumerate() {
-            let own = items.iter().find(|item| name_of(item).is_some_and(|own| own.value == name));
+            let own = items.iter().find(|item| name_of(item).is_some_and(|own| own == name));
             if let Some(item) = own {
                 return Some((Self { scopes: self.scopes[i..].to_vec(), ..*self }, item));
             }
@@ -123,16 +126,17 @@ impl<'a> Seen<'a> {
     }
 }
 
-fn name_of(item: &Item) -> Option<&Name> {
-    match &item.kind {
+/// What addresses call an item.
+fn name_of(item: &Item) -> Option<Cow<'_, str>> {
+    Some(match &item.kind {
         ItemKind::Param { name, .. }
         | ItemKind::Let { name, .. }
-        | ItemKind::Measure { name, .. }
-        | ItemKind::Figure { name, .. }
-        | ItemKind::Table { name, .. }
-        | ItemKind::Claim { name, .. } => Some(name),
-        _ => None,
-    }
+        | ItemKind::Measure { name, .. } => name.value.as_str().into(),
+        ItemKind::Figure { name, .. } => titled("figure", &name.value).into(),
+        ItemKind::Table { name, .. } => titled("table", &name.value).into(),
+        ItemKind::Claim { name, .. } => titled("claim", &name.value).into(),
+        _ => return None,
+    })
 }
 
 /// What an item computes.

@@ -10,8 +10,8 @@ use ivx_op::{ArgKind, Args, Dim, Held, Labels, Lit, Registry};
 use petgraph::Direction::Incoming;
 use petgraph::graph::{DiGraph, NodeIndex};
 
-use crate::key;
 use crate::plan::{Draw, Family, Fed, Plan, Source, Step};
+use crate::{address, key};
 
 /// The graph of everything that the spec's outputs need. Equal computations are one node, and
 /// an ensemble is one node a member.
@@ -241,20 +241,26 @@ impl Expansion<'_> {
         key::walk(&step, self.registry, input, &mut self.identity);
         let identity = Digest::of(&self.identity);
         if let Some(&node) = self.known.get(&identity) {
-            if self.plan.graph[node].address != step.address {
-                self.plan.aliases.insert(step.address, node);
+            let own = &self.plan.graph[node].address;
+            let number = own.strip_prefix(&step.address);
+            if !number.is_some_and(|rest| rest.is_empty() || rest.starts_with('#')) {
+                let alias = self.unique(step.address);
+                self.plan.aliases.insert(alias, node);
             }
             return node;
         }
-        // Parts of one expression without names of their own are told apart by number.
-        let alike = self.addresses.entry(step.address.clone()).or_default();
-        *alike += 1;
-        if *alike > 1 {
-            step.address = format!("{}#{alike}", step.address);
-        }
+        step.address = self.unique(step.address);
         let node = add(&mut self.plan.graph, step);
         self.known.insert(identity, node);
         node
+    }
+
+    /// An address that nothing else has: parts of one expression without names of their own are told
+    /// apart by number.
+    fn unique(&mut self, address: String) -> String {
+        let alike = self.addresses.entry(address.clone()).or_default();
+        *alike += 1;
+        if *alike > 1 { format!("{address}#{alike}") } else { address }
     }
 
     fn draw(&self, place: &Place) -> Draw {
@@ -323,7 +329,7 @@ impl Expansion<'_> {
         let mut member = String::new();
         for axis in &expr.axes {
             let (axis, coordinate) = (self.spec.axis(*axis), place[axis]);
-            let label = &axis.coords[coordinate].label;
+            let label = address::label(&axis.coords[coordinate].label);
             match axis.role {
                 AxisRole::Member => member = format!("/member[{label}]"),
                 _ => coords.push(format!("{}={label}", axis.name)),

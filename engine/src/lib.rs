@@ -3,6 +3,7 @@
 //! `expand` makes the graph, `schedule` runs what is not known, `report` says what came out.
 //! The engine knows the registry that it is given and no operation of its own.
 
+pub mod address;
 mod checkpoint;
 mod diff;
 mod difference;

@@ -6,6 +6,7 @@ use std::fmt;
 use ivx_cache::Digest;
 use serde::{Deserialize, Serialize};
 
+use crate::address::{binding, coordinates};
 use crate::difference::{Difference, Part, compare, name};
 use crate::explanation::{Explanation, Input};
 
@@ -212,30 +213,6 @@ pub fn shifts<'a>(
     groups.into_iter().map(shift).collect()
 }
 
-/// An address without coordinates: `e/model/member` of `e/model[seed=0]/member[3]`.
-fn binding(address: &str) -> String {
-    let mut depth = 0_usize;
-    let outside = address.chars().filter(|c| {
-        depth += usize::from(*c == '[');
-        let is_outside = depth == 0;
-        depth = depth.saturating_sub(usize::from(*c == ']'));
-        is_outside
-    });
-    outside.collect()
-}
-
-/// The axes and labels in an address; the number of a member has no axis but its word.
-fn coordinates(address: &str) -> impl Iterator<Item = (&str, &str)> {
-    address.split('/').flat_map(|part| {
-        let (word, inside) =
-            part.split_once('[').map_or((part, ""), |(w, i)| (w, i.trim_end_matches(']')));
-        inside
-            .split(',')
-            .filter(|c| !c.is_empty())
-            .map(move |c| c.split_once('=').unwrap_or((word, c)))
-    })
-}
-
 /// The labels of a run by binding and axis.
 struct Labels<'a>(BTreeMap<String, BTreeMap<&'a str, BTreeSet<&'a str>>>);
 
@@ -255,7 +232,7 @@ impl<'a> Labels<'a> {
     fn lacking(&self, address: &str, other: &Self) -> Vec<Root> {
         let own = binding(address);
         let Some(there) = other.0.get(&own) else { return Vec::new() };
-        let roots = coordinates(address).filter_map(|(axis, label)| {
+        let roots = coordinates(address).into_iter().filter_map(|(axis, label)| {
             let there = there.get(axis)?;
             if there.contains(label) {
                 return None;

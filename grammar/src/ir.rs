@@ -14,6 +14,13 @@ pub use shape::Known;
 mod desc;
 mod shape;
 
+/// What the addresses of a figure, table or claim have for a name: `figure "start"`. Names of
+/// measures and `let` hold no blank, so that each kind has names of its own.
+#[must_use]
+pub fn titled(kind: &str, title: &str) -> String {
+    format!("{kind} {title:?}")
+}
+
 /// The place of an axis in [`Spec::axes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct AxisId(pub u32);

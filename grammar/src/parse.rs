@@ -2,13 +2,14 @@
 
 mod build;
 mod fault;
+pub(crate) mod habit;
 mod parts;
 pub(crate) mod scan;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use crate::ast::{Ast, Item, ItemKind, Name};
-use crate::{Code, Diagnostic, Span, Spanned};
+use crate::{Code, Diagnostic, Label, Span, Spanned};
 use build::{Build, Built};
 use fault::Fault;
 use pest::Parser as _;
@@ -22,6 +23,9 @@ const EDITION: &str = "2026";
 
 /// The longest item, in bytes: pest keeps some hundred bytes for each.
 const LONGEST: usize = 1 << 18;
+
+/// So many more places are told of a habit of the whole file.
+const MOST_ALIKE: usize = 4;
 
 /// After so many faults the rest of a file is not read.
 const MOST_FAULTS: usize = 100;
@@ -231,6 +235,17 @@ impl Reader<'_> {
         let (start, inside) = (self.pos, block.is_some());
         let fault = Fault::of(self.text, start, word, error);
         let good = &self.text[start..fault.place];
+        if fault.spoils {
+            let mut item = self.junk(start, inside, &fault);
+            if let Ok(pairs) = Ivx::parse(Rule::begun, good) {
+                let mut build = Build::new(self.file, start, &mut self.diagnostics);
+                item.kind = build.begun(only(pairs), item.span);
+            }
+            if word == "edition" {
+                self.edition = Edition::Broken;
+            }
+            return Some(item);
+        }
         // The item may be whole, and what stands behind it wrong.
         if let Ok(pairs) = Ivx::parse(Rule::alone, good) {
             let pair = only(pairs);
@@ -312,9 +327,26 @@ impl Reader<'_> {
 
     /// Reports `fault` and passes over the stretch that begins at `start`.
     fn junk(&mut self, start: usize, inside: bool, fault: &Fault) -> Item {
-        self.diagnostics.push(fault.diagnostic(self.text, self.file));
-        self.pos = scan::stretch_end(self.text, start, inside);
+        self.report(fault);
+        self.pos = fault.resume.unwrap_or_else(|| scan::stretch_end(self.text, start, inside));
         self.junk_item(start)
+    }
+
+    /// Adds a fault; one that is the habit of the whole file is told once, with its other places.
+    fn report(&mut self, fault: &Fault) {
+        let diagnostic = fault.diagnostic(self.text, self.file);
+        let told = self
+            .diagnostics
+            .iter_mut()
+            .find(|told| fault.resume.is_some() && told.message == diagnostic.message);
+        match told {
+            Some(told) if told.labels.len() <= MOST_ALIKE => {
+                told.labels
+                    .push(Label { span: diagnostic.labels[0].span, text: "and here".into() });
+            }
+            Some(_) => {}
+            None => self.diagnostics.push(diagnostic),
+        }
     }
 
     fn junk_item(&self, start: usize) -> Item {
@@ -332,9 +364,20 @@ impl Reader<'_> {
             // It may be one of these misspelt.
             word => scan::is_word(word) && !scan::ITEM_WORDS.contains(&word),
         };
+        let (first, first_end) = (start, end);
         let start = scan::gap(self.text, end).next;
         let end = scan::token_end(self.text, start);
         let name = &self.text[start..end];
+        let rest = &self.text[start..];
+        let sets = rest.starts_with('=') || rest.starts_with(":=");
+        if declares && sets && !scan::ITEM_WORDS.contains(&&self.text[first..first_end]) {
+            let (start, end) = (first, first_end);
+            let name = self.text[start..end].to_owned();
+            return Some(vec![Name { value: name, span: self.span(start, end) }]);
+        }
+        if habit::brings_names(&self.text[first..first_end]) {
+            return None;
+        }
         let declares = declares && scan::is_word(name) && !scan::is_reserved(name);
         let name = Name { value: name.to_owned(), span: self.span(start, end) };
         Some(Vec::from_iter(declares.then_some(name)))

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use ivx_grammar::ir::Experiment;
 use petgraph::Direction;
 
+use crate::address::{parts, stem};
 use crate::outcome::{Fate, Outcome};
 use crate::plan::Plan;
 
@@ -78,33 +79,16 @@ pub(super) fn groups(experiment: &Experiment, plan: &Plan, outcome: &Outcome) ->
 
 /// What the nodes of an address are called together: the name in the spec; claims go by that alone.
 fn name(address: &str, experiment: &Experiment) -> String {
-    let Some(rest) = address.strip_prefix(&experiment.name).and_then(|r| r.strip_prefix('/'))
-    else {
-        let mut parts = address.splitn(3, '/');
-        let (of, name) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
-        return format!("{of}.{}", bare(name));
-    };
-    let named = |name: &str| {
-        let behind = rest.strip_prefix(name)?;
-        (behind.is_empty() || behind.starts_with(['/', '['])).then(|| name.to_owned())
-    };
-    if experiment.claims.iter().any(|claim| named(&claim.name).is_some()) {
-        return "claims".to_owned();
+    let parts = parts(address);
+    let (of, name) = (parts[0], stem(parts.get(1).copied().unwrap_or_default()));
+    if of != experiment.name {
+        return format!("{of}.{name}");
     }
-    let shown = experiment.figures.iter().map(|f| ("figure", f));
-    let shown = shown.chain(experiment.tables.iter().map(|t| ("table", t)));
-    let mut shown = shown.filter_map(|(what, out)| named(&out.name).map(|n| format!("{what} {n}")));
-    shown.next().unwrap_or_else(|| bare(rest.split('/').next().unwrap_or(rest)).to_owned())
-}
-
-/// A name without coordinates.
-fn bare(name: &str) -> &str {
-    name.split('[').next().unwrap_or(name)
+    if name.starts_with("claim ") { "claims".to_owned() } else { name.to_owned() }
 }
 
 #[cfg(test)]
 mod tests {
-    use ivx_grammar::ir::{ExprId, Output};
     use ivx_op::Args;
     use petgraph::graph::NodeIndex;
 
@@ -114,21 +98,15 @@ mod tests {
 
     #[test]
     fn nodes_of_one_name_are_told_together() {
-        let output = |name: &str| Output {
-            name: name.into(),
-            docs: String::new(),
-            expr: ExprId(0),
-            source: String::new(),
-        };
         let experiment = Experiment {
             name: "e".into(),
             docs: String::new(),
             params: vec![],
             axes: vec![],
             measures: vec![],
-            figures: vec![output("1.2")],
+            figures: vec![],
             tables: vec![],
-            claims: vec![output("a/b less")],
+            claims: vec![],
         };
         let mut plan = Plan::default();
         let addresses = [
@@ -137,9 +115,9 @@ mod tests {
             "e/model[seed=0]/member[0]",
             "e/model[seed=1]/member[0]",
             "e/gap",
-            "e/1.2/plot/curve",
-            "e/1.2",
-            "e/a/b less/sub",
+            "e/figure \"1.2\"/plot/curve",
+            "e/figure \"1.2\"",
+            "e/claim \"a/b less\"/sub",
         ];
         let ids: Vec<NodeIndex> = addresses
             .iter()
@@ -180,7 +158,7 @@ mod tests {
                 ("d.data", 0, vec![]),
                 ("model", 1, vec![0]),
                 ("gap", 2, vec![1]),
-                ("figure 1.2", 3, vec![2]),
+                ("figure \"1.2\"", 3, vec![2]),
                 ("claims", 3, vec![0, 2]),
             ]
         );

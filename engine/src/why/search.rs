@@ -10,6 +10,7 @@ use ivx_op::Registry;
 use petgraph::graph::NodeIndex;
 
 use super::{Cause, Changed, Earlier, InputChange, Reason, Why};
+use crate::address::{parts, stem};
 use crate::difference::{Difference, Part, Replaced, compare, name};
 use crate::explanation::{Explanation, Input};
 use crate::foresee::{Foreseen, Known, known};
@@ -372,6 +373,6 @@ impl<'a, 'c> Search<'a, 'c> {
 /// An address, the same without its experiment, and that without coordinates.
 fn names(address: &str) -> [&str; 3] {
     let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
-    let stem = inside.split(['[', '/']).next().unwrap_or(inside);
+    let stem = parts(inside).first().map_or(inside, |part| stem(part));
     [address, inside, stem]
 }

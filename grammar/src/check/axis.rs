@@ -144,7 +144,13 @@ impl<'a> Checker<'a> {
                     _ => {
                         let message = format!("axis `{}` needs a list, found {ty}", name.value);
                         let fault = Diagnostic::new(Code::Axis, list.span, message, "not a list");
-                        let help = "write `[a, b]`, `a..b` or `{ \"label\": value, ... }`";
+                        let help = match lit {
+                            Lit::Int(n) if n > 0 => format!(
+                                "write `0..{n}` for 0 to {}, or `[{n}]` for one value",
+                                n - 1
+                            ),
+                            _ => "write `[a, b]`, `a..b` or `{ \"label\": value, ... }`".to_owned(),
+                        };
                         self.fault(fault.help(help));
                         return None;
                     }

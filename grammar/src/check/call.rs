@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use ivx_op::{ArgDecl, ArgKind, ByName, Decl, ExternalKind, Lit, Role, Ty};
 
 use super::Checker;
+use super::advice::call_help;
 use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{self, ItemKind, Name};
@@ -60,7 +61,10 @@ impl<'a> Checker<'a> {
         let help = if value {
             Some(format!("`{}` is a value: use it without parentheses", name.value))
         } else {
-            suggest(&name.value, known).or_else(|| Some("`ivx ops` lists what there is".to_owned()))
+            call_help(&name.value).map(str::to_owned).or_else(|| {
+                suggest(&name.value, known)
+                    .or_else(|| Some("`ivx ops` lists what there is".to_owned()))
+            })
         };
         let message = format!("no operation, part or function is called `{}`", name.value);
         let fault = Diagnostic::new(Code::UnknownCall, name.span, message, "not known");
@@ -95,7 +99,10 @@ impl<'a> Checker<'a> {
             match (place, name) {
                 (Some(place), _) if placed[place].is_some() => {
                     let message = format!("`{owner}` is given `{}` twice", names[place]);
-                    self.fault(Diagnostic::new(Code::TwiceGiven, span, message, "given again"));
+                    let fault = Diagnostic::new(Code::TwiceGiven, span, message, "given again");
+                    let help =
+                        "an argument without a name is counted from the first: name this one";
+                    self.fault(if name.is_none() { fault.help(help) } else { fault });
                     sound = false;
                 }
                 (Some(place), _) => placed[place] = Some(expr),
@@ -103,15 +110,24 @@ impl<'a> Checker<'a> {
                     let message = format!("`{owner}` has no argument `{}`", name.value);
                     let fault =
                         Diagnostic::new(Code::UnknownArgument, span, message, "not an argument");
-                    self.fault(fault.maybe_help(suggest(&name.value, names.iter().copied())));
+                    let help = self.argument_help(owner, &name.value, names);
+                    self.fault(fault.maybe_help(help));
                     sound = false;
                 }
                 (None, None) => {
-                    let message = format!("`{owner}` takes {} arguments", names.len());
+                    let last = args.last().map_or(span, |(_, last)| last.span);
+                    let message =
+                        format!("`{owner}` takes {} arguments, found {}", names.len(), args.len());
+                    let label =
+                        if args.len() > names.len() + 1 { "too many" } else { "one too many" };
+                    let known: Vec<String> = names.iter().map(|own| format!("`{own}`")).collect();
                     let fault =
-                        Diagnostic::new(Code::UnknownArgument, span, message, "one too many");
-                    self.fault(fault);
-                    sound = false;
+                        Diagnostic::new(Code::UnknownArgument, span.to(last), message, label);
+                    self.fault(match &known[..] {
+                        [] => fault.help("leave it out"),
+                        known => fault.help(format!("they are {}", known.join(", "))),
+                    });
+                    return None;
                 }
             }
         }
@@ -204,13 +220,17 @@ impl<'a> Checker<'a> {
             Val::Desc(desc, found) => {
                 let fits = fit(&ty, &found);
                 if fits == Fit::No {
+                    let found_ty = found.clone();
                     let found =
                         if found == nothing() { "nothing".to_owned() } else { found.to_string() };
                     let message = format!("`{}.{}` is {ty}, found {found}", decl.name, arg.name);
                     let fault =
                         Diagnostic::new(Code::Type, expr.span, message, format!("expected {ty}"));
-                    let help = self.of_type(&ty);
+                    let help = self.written_as(&ty, &found_ty, expr).or_else(|| self.of_type(&ty));
                     self.fault(fault.maybe_help(help));
+                    return None;
+                }
+                if fits == Fit::Widened && !self.exact(&desc, expr.span) {
                     return None;
                 }
                 let desc = coerce(desc, fits, &ty);
@@ -249,7 +269,13 @@ impl<'a> Checker<'a> {
             .decls()
             .filter(|decl| matches!(decl.role, Role::Part(own) if own == *family));
         let parts: Vec<_> = parts.take(8).map(|decl| format!("`{}()`", decl.name)).collect();
-        (!parts.is_empty()).then(|| format!("a {family} is {}", parts.join(", ")))
+        (!parts.is_empty()).then(|| {
+            format!(
+                "{} {family} is {}",
+                if family.starts_with(['A', 'E', 'I', 'O']) { "an" } else { "a" },
+                parts.join(", ")
+            )
+        })
     }
 
     fn in_range(

@@ -7,6 +7,7 @@ use ivx_op::{Lit, Ty};
 use super::value::{Val, fold};
 use super::{Checker, MAX_NODES};
 use crate::ir::{AxisId, Desc, Place};
+use crate::literal::inexact;
 use crate::{Code, Diagnostic, Span};
 
 impl Checker<'_> {
@@ -41,6 +42,26 @@ impl Checker<'_> {
                 false
             }
         }
+    }
+
+    /// Whether each whole number in a description is one of the reals that it is to become.
+    pub(super) fn exact(&mut self, desc: &Desc, span: Span) -> bool {
+        let mut bad = None;
+        desc.visit(&mut |desc| match desc {
+            Desc::Lit(lit) => bad = bad.or(inexact(lit)),
+            Desc::Axis(axis) => {
+                let coords = &self.spec.axis(*axis).coords;
+                bad = bad.or(coords.iter().find_map(|coord| inexact(&coord.value)));
+            }
+            _ => {}
+        });
+        let Some(n) = bad else { return true };
+        let message = format!("no Float is {n}");
+        let fault = Diagnostic::new(Code::Number, span, message, "would be rounded");
+        #[expect(clippy::cast_precision_loss, reason = "that is what is told")]
+        let near = n as f64;
+        self.fault(fault.help(format!("the nearest is `{near:?}`")));
+        false
     }
 
     /// Every place on some axes, last axis fastest.

@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::Val;
 use crate::ast::{self, ItemKind};
-use crate::ir::{Declared, Desc, Experiment, ExprId, Output, Param};
+use crate::ir::{Declared, Desc, Experiment, ExprId, Output, Param, titled};
 use crate::{Code, Diagnostic, Span, Spanned};
 
 impl<'a> Checker<'a> {
@@ -93,10 +93,10 @@ impl<'a> Checker<'a> {
                 expr.map(|expr| Output { name, docs, expr, source })
             };
             match &item.kind {
-                ItemKind::Measure { name, .. } => {
+                ItemKind::Measure { name, value: written } => {
                     let at = at(&name.value);
                     let value = self.name(&at, &name.value, name.span);
-                    let expr = self.array(&at, value, item.span);
+                    let expr = self.array(&at, value, written.span);
                     done.measures.extend(output(&name.value, expr, String::new()));
                 }
                 ItemKind::Param { name, .. } => {
@@ -117,11 +117,13 @@ impl<'a> Checker<'a> {
                     self.name(&at(&name.value), &name.value, name.span);
                 }
                 ItemKind::Figure { name, value } => {
-                    let expr = self.rendered(&at(&name.value), name, value, Figure::KIND);
+                    let at = at(&titled("figure", &name.value));
+                    let expr = self.rendered(&at, name, value, Figure::KIND);
                     done.figures.extend(output(&name.value, expr, String::new()));
                 }
                 ItemKind::Table { name, value } => {
-                    let expr = self.rendered(&at(&name.value), name, value, Table::KIND);
+                    let at = at(&titled("table", &name.value));
+                    let expr = self.rendered(&at, name, value, Table::KIND);
                     done.tables.extend(output(&name.value, expr, String::new()));
                 }
                 ItemKind::Claim { name, at: confidence, value, within } => {
@@ -129,7 +131,7 @@ impl<'a> Checker<'a> {
                         self.twice(name, first);
                     }
                     let expr = self.claim(
-                        &at(&name.value),
+                        &at(&titled("claim", &name.value)),
                         (name, confidence.as_deref()),
                         value,
                         within.as_ref(),
@@ -168,12 +170,27 @@ impl<'a> Checker<'a> {
         value: &'a ast::Expr,
         kind: &'static str,
     ) -> Option<ExprId> {
-        if let Some(first) = self.files.insert((kind, title.value.clone()), title.span) {
-            self.twice(title, first);
+        if let Some((name, first)) =
+            self.files.insert((kind, file_key(&title.value)), (title.value.clone(), title.span))
+        {
+            if name == title.value {
+                self.twice(title, first);
+            } else {
+                let message = format!(
+                    "\"{}\" and \"{name}\" would be one file where upper and lower case are one",
+                    title.value
+                );
+                let fault = Diagnostic::new(Code::Shadowing, title.span, message, "names a file");
+                self.fault(fault.also(first, "names it too").help("give one of them another name"));
+            }
         }
         let fit = |c: char| c.is_alphanumeric() || "._- ".contains(c);
         let empty = title.value.trim_matches(['.', ' ']).is_empty();
-        if !title.value.chars().all(fit) || empty || title.value.len() > MAX_NAME {
+        if is_device(&title.value) {
+            let message = format!("\"{}\" cannot be the name of a file everywhere", title.value);
+            let fault = Diagnostic::new(Code::Kind, title.span, message, "names a device");
+            self.fault(fault.help("Windows keeps this name for itself: give it another"));
+        } else if !title.value.chars().all(fit) || empty || title.value.len() > MAX_NAME {
             let message = format!("\"{}\" cannot be the name of a file", title.value);
             let fault = Diagnostic::new(Code::Kind, title.span, message, "names a file");
             self.fault(fault.help("use up to 100 letters, digits, `.`, `-`, `_` and spaces"));
@@ -206,6 +223,21 @@ impl<'a> Checker<'a> {
 
 /// Most bytes of a figure's or table's name.
 const MAX_NAME: usize = 100;
+
+/// What two names have in common that are one file where upper and lower case are one.
+fn file_key(name: &str) -> String {
+    name.chars().flat_map(char::to_uppercase).flat_map(char::to_lowercase).collect()
+}
+
+/// Whether Windows opens a device by this name, whatever follows its first point.
+fn is_device(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or(name).trim().to_ascii_uppercase();
+    let numbered = |word: &str| {
+        let number = stem.strip_prefix(word).map(|n| n.chars().collect::<Vec<_>>());
+        matches!(number.as_deref(), Some(['0'..='9' | '¹' | '²' | '³']))
+    };
+    matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT")
+}
 
 /// Where a comment begins in a line, if there is one outside of strings.
 fn comment(line: &str) -> Option<usize> {

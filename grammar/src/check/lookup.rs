@@ -1,10 +1,13 @@
 //! Names: what they stand for, and which are used.
 
+use ivx_op::Role;
+
 use super::Checker;
 use super::expr::At;
 use super::scope::name_of;
 use super::value::Val;
 use crate::ast::{Item, ItemKind, Name};
+use crate::parse::habit::foreign;
 use crate::{Code, Diagnostic, Span, suggest};
 
 impl<'a> Checker<'a> {
@@ -54,6 +57,10 @@ impl<'a> Checker<'a> {
         if self.scopes.lost(at.scope, name) {
             return Val::Poison;
         }
+        if let Some((message, help)) = self.meant_otherwise(name, span) {
+            let fault = Diagnostic::new(Code::UnknownName, span, message, "not a value");
+            return self.fault(fault.help(help));
+        }
         // What is being defined cannot be meant.
         let known = self.scopes.known(at.scope).into_iter();
         let known = known.filter(|known| !self.active.iter().any(|own| own.value == *known));
@@ -61,6 +68,49 @@ impl<'a> Checker<'a> {
         let message = format!("`{name}` is not known here");
         let fault = Diagnostic::new(Code::UnknownName, span, message, "unknown name");
         self.fault(fault.maybe_help(help))
+    }
+
+    /// What a name that nothing declares was probably meant for: a call, or a word of another language.
+    fn meant_otherwise(&self, name: &str, span: Span) -> Option<(String, String)> {
+        let text = &self.project.files[span.file as usize].text;
+        let before =
+            text.get(..span.start as usize).unwrap_or_default().trim_end_matches([' ', '\t']);
+        if before.ends_with("--") {
+            let message = format!("`{name}` is not known here, and `--` turns the sign twice");
+            return Some((message, "a comment begins with `//`".to_owned()));
+        }
+        let known = |message: &str, help: &str| Some((message.to_owned(), help.to_owned()));
+        match name {
+            "True" | "TRUE" | "yes" | "on" => {
+                return known(&format!("there is no `{name}`"), "write `true`");
+            }
+            "False" | "FALSE" | "no" | "off" => {
+                return known(&format!("there is no `{name}`"), "write `false`");
+            }
+            "None" | "null" | "nil" | "NULL" | "undefined" | "nothing" => {
+                return known(
+                    &format!("there is no `{name}`: everything has a value"),
+                    "leave the argument out for its default, or write the value that is meant",
+                );
+            }
+            "inf" | "Inf" | "Infinity" | "nan" | "NaN" | "NA" => {
+                return known(
+                    &format!("there is no `{name}`: numbers that are written are finite"),
+                    "write a large number, such as `1e300`, or leave the argument out",
+                );
+            }
+            "pi" | "PI" => return known("there is no `pi`", "write `let pi = 3.141592653589793`"),
+            _ => {}
+        }
+        if let Some((message, help)) = foreign(name) {
+            return known(message, help);
+        }
+        let decl = self.registry.decl(name)?;
+        let what = if matches!(decl.role, Role::Op(_)) { "an operation" } else { "a part" };
+        let needed = decl.args.iter().filter(|arg| arg.default.is_none());
+        let needed: Vec<String> = needed.map(|arg| format!("{}: ..", arg.name)).collect();
+        let message = format!("`{name}` is {what}, which is called");
+        Some((message, format!("write `{name}({})`", needed.join(", "))))
     }
 
     /// What an item stands for, which an expression calls `name`.

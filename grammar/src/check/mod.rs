@@ -3,6 +3,7 @@
 //! Names are evaluated when they are first used, so that the order of declarations does not
 //! matter. A fault gives one diagnostic and `Val::Poison`, which silences what follows from it.
 
+mod advice;
 mod axis;
 mod call;
 mod claim;
@@ -211,7 +212,7 @@ struct Checker<'a> {
     /// The scope of the experiment at hand.
     experiment: Option<usize>,
     /// Figures and tables so far, by what they are and their names.
-    files: BTreeMap<(&'static str, String), Span>,
+    files: BTreeMap<(&'static str, String), (String, Span)>,
     /// Names that expressions used, by where they are declared.
     used: BTreeSet<Span>,
     /// Where each expression of the program stands.

@@ -305,7 +305,13 @@ impl<'a> Checker<'a> {
             let Some(name) = self.axis_name(at, item) else {
                 let message =
                     format!("`{}.{}` takes the name of an axis or dimension", decl.name, arg.name);
-                self.fault(Diagnostic::new(Code::UnknownAxis, item.span, message, "not a name"));
+                let fault = Diagnostic::new(Code::UnknownAxis, item.span, message, "not a name");
+                let help = match &item.kind {
+                    ExprKind::Str(name) => Some(format!("write it without quotes: `{name}`")),
+                    ExprKind::Record(_) => Some("several are a list: `[seed, n]`".to_owned()),
+                    _ => Some(format!("write `{}: seed`, or what varies there", arg.name)),
+                };
+                self.fault(fault.maybe_help(help));
                 return None;
             };
             names.push(name);

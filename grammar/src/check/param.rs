@@ -166,6 +166,9 @@ impl<'a> Checker<'a> {
             let help = self.of_type(ty);
             return (self.fault(fault.maybe_help(help)), by);
         }
+        if fits == Fit::Widened && !self.exact(&desc, span) {
+            return (Val::Poison, by);
+        }
         (Val::Desc(coerce(desc, fits, ty), ty.clone()), by)
     }
 

@@ -47,6 +47,8 @@ impl<'a> Checker<'a> {
             .iter()
             .map(|(port, feeds)| (port.clone(), feeds.iter().map(over).collect()))
             .collect();
+        let given: Vec<&str> =
+            args.iter().filter(|(_, expr)| expr.is_some()).map(|(arg, _)| arg.name).collect();
         let mut results = Vec::new();
         for place in self.places(&axes) {
             let value = |desc: &Desc| desc.eval(&self.spec.axes, &place).ok();
@@ -56,7 +58,7 @@ impl<'a> Checker<'a> {
                 continue;
             };
             let shapes = fed.iter().map(|(port, all)| (*port, here(all, &place))).collect();
-            let facts = Facts { args: &own, over: &over, shapes: &shapes };
+            let facts = Facts { args: &own, given: &given, over: &over, shapes: &shapes };
             if let Some(Err(wrong)) = decl.rule.map(|rule| rule(&facts)) {
                 self.apart_at(&place, wrong, (at, span), args, ports);
                 return Err(());

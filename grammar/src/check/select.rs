@@ -40,6 +40,9 @@ impl<'a> Checker<'a> {
         if !self.distinct(&axes, name.span) {
             return Val::Poison;
         }
+        if name.value.is_empty() {
+            return self.unnamed((&axes, &dims), &label_lit, label.span);
+        }
         let named = self.named(at, &name.value, name.span);
         if let Some(axis) = self.among(axes.iter().copied(), named) {
             return self.select_axis(value, axis, &label_lit, label.span);
@@ -51,6 +54,42 @@ impl<'a> Checker<'a> {
         let fault = (message, "no such axis or dimension");
         self.not_over(at, named, (&axes, &dims), fault);
         Val::Poison
+    }
+
+    /// A fault: a selection does not say along which axis.
+    fn unnamed(
+        &mut self,
+        (axes, dims): (&BTreeSet<AxisId>, &[String]),
+        label: &Lit,
+        span: Span,
+    ) -> Val {
+        let known: Vec<String> = self.names(axes).into_iter().chain(dims.iter().cloned()).collect();
+        let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+        let has = |axis: &&AxisId| {
+            let coords = &self.spec.axis(**axis).coords;
+            Meant::by(std::slice::from_ref(label), coords).place(label).is_some()
+        };
+        let written = match axes.iter().find(has).or_else(|| axes.iter().next()) {
+            Some(axis) => {
+                let axis = self.spec.axis(*axis);
+                let own = Meant::by(std::slice::from_ref(label), &axis.coords).place(label);
+                let coord = own.or(Some(0)).and_then(|place| axis.coords.get(place));
+                let coord = coord.map_or_else(String::new, |coord| match &coord.value {
+                    number @ (Lit::Int(_) | Lit::Real(_)) => number.to_string(),
+                    _ => format!("{:?}", coord.label),
+                });
+                format!("{}: {coord}", axis.name)
+            }
+            None => format!("{}: {label}", dims.first().map_or("axis", String::as_str)),
+        };
+        let help = if known.is_empty() {
+            "this varies over nothing, so that there is nothing to select".to_owned()
+        } else {
+            format!("this varies over {}: write `[{written}]`", all.join(", "))
+        };
+        let message = "a selection names the axis that it goes along";
+        let fault = Diagnostic::new(Code::UnknownAxis, span, message, "along which axis?");
+        self.fault(fault.help(help))
     }
 
     fn select_axis(&mut self, value: Val, axis: AxisId, label: &Lit, span: Span) -> Val {
@@ -87,7 +126,7 @@ impl<'a> Checker<'a> {
                 return self.fault(fault.help(help));
             }
             let Some(place) = found else {
-                let help = suggest(&text(label), coords.iter().map(|coord| coord.label.as_str()));
+                let help = labels_help(label, coords);
                 let message = format!("axis `{}` has no label {label}", self.spec.axis(axis).name);
                 let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
                 return self.fault(fault.maybe_help(help));
@@ -311,6 +350,28 @@ impl Meant {
         known.filter(move |(_, value)| same(value)).map(|(place, _)| *place)
     }
 }
+
+/// Which labels there are: a number is no misspelling of another.
+fn labels_help(label: &Lit, coords: &[Coord]) -> Option<String> {
+    let numeric = coords.iter().all(|coord| coord.label.parse::<f64>().is_ok());
+    let known = || coords.iter().map(|coord| coord.label.as_str());
+    if !numeric && matches!(label, Lit::Text(_)) {
+        return suggest(&text(label), known());
+    }
+    let show = |label: &str| if numeric { format!("`{label}`") } else { format!("`{label:?}`") };
+    let shown: Vec<String> = match coords {
+        [] => return None,
+        [first @ .., last] if coords.len() > MOST_LABELS => {
+            let first = first.iter().take(MOST_LABELS - 2).map(|coord| show(&coord.label));
+            first.chain(["..".to_owned(), show(&last.label)]).collect()
+        }
+        all => all.iter().map(|coord| show(&coord.label)).collect(),
+    };
+    Some(format!("its labels are {}", shown.join(", ")))
+}
+
+/// At most so many labels are listed.
+const MOST_LABELS: usize = 12;
 
 /// What a coordinate that a label names is called.
 fn text(label: &Lit) -> String {

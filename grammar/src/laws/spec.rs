@@ -275,9 +275,9 @@ fn operand(inner: Tokens) -> Tokens {
 }
 
 fn number() -> Tokens {
-    let int = "[0-9][0-9_]{0,16}";
-    let point = "[0-9][0-9_]{0,4}\\.[0-9][0-9_]{0,4}([eE][+-]?[0-9][0-9_]?)?";
-    let exponent = "[0-9][0-9_]{0,4}[eE][+-]?[0-9]{1,2}";
+    let int = "0|[1-9](_?[0-9]){0,16}";
+    let point = "(0|[1-9](_?[0-9]){0,4})\\.[0-9](_?[0-9]){0,4}([eE][+-]?[0-9](_?[0-9])?)?";
+    let exponent = "(0|[1-9](_?[0-9]){0,4})[eE][+-]?[0-9]{1,2}";
     prop_oneof![int, point, exponent].prop_map(|text| vec![token(&text)]).boxed()
 }
 

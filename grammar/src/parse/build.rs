@@ -1,11 +1,11 @@
 //! pest's pairs to the syntax tree.
 
-use std::borrow::Cow;
+use ivx_op::Lit;
 
 use super::parts::{Pair, Parts, end};
 use super::{Rule, span};
 use crate::ast::{AxisExpr, BinaryOp, Expr, ExprKind, ItemKind, LetParam, Name, TyExpr};
-use crate::{Code, Diagnostic, Span, Spanned};
+use crate::{Code, Diagnostic, Span, Spanned, literal};
 
 /// The deepest expression: later stages recurse over it.
 const DEEPEST: usize = 1000;
@@ -237,38 +237,36 @@ impl<'d> Build<'d> {
             let name = self.name(&parts.part());
             return Expr { span: span.to(name.span), kind: ExprKind::Field { base, name } };
         }
-        let at = self.each(&mut parts, |build, at| build.named_value(at, depth));
+        let at = self.each(&mut parts, |build, at| build.selected(at, depth));
         let span = Span { end: self.place(parts.closed), ..span };
         Expr { kind: ExprKind::Select { base, at }, span }
+    }
+
+    /// The axis and the label of a selection; an empty name, reported by the checker, if it has none.
+    fn selected(&mut self, pair: Pair<'_>, depth: usize) -> (Name, Expr) {
+        match self.arg(pair, depth) {
+            (Some(name), label) => (name, label),
+            (None, label) => (Name { value: String::new(), span: label.span }, label),
+        }
     }
 
     /// A literal number, with the minus before it.
     fn number(&mut self, pair: &Pair<'_>, minus: Option<Span>) -> Expr {
         let (mut span, written) = (self.token(pair), pair.as_str());
-        let mut digits = Cow::Borrowed(written);
-        if written.contains('_') {
-            digits = written.replace('_', "").into();
-        }
         if let Some(minus) = minus {
             span = minus.to(span);
-            digits.to_mut().insert(0, '-');
         }
-        let whole = written.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_');
-        let kind = if whole {
-            digits.parse().ok().map(ExprKind::Int)
-        } else {
-            digits.parse().ok().filter(|value: &f64| value.is_finite()).map(ExprKind::Float)
+        let kind = match literal::number(written, minus.is_some()) {
+            Ok(Lit::Int(n)) => ExprKind::Int(n),
+            Ok(Lit::Real(x)) => ExprKind::Float(x),
+            Ok(other) => unreachable!("{other} is no number"),
+            Err((message, help)) => {
+                let label = if message.ends_with("large") { "too large" } else { "no such number" };
+                self.diagnostics
+                    .push(Diagnostic::new(Code::Number, span, message, label).help(help));
+                ExprKind::Junk
+            }
         };
-        let kind = kind.unwrap_or_else(|| {
-            let limits = if whole {
-                format!("an `Int` lies from {} to {}", i64::MIN, i64::MAX)
-            } else {
-                format!("a `Float` lies from {:e} to {:e}", f64::MIN, f64::MAX)
-            };
-            let fault = Diagnostic::new(Code::Number, span, "the number is too large", "too large");
-            self.diagnostics.push(fault.help(limits));
-            ExprKind::Junk
-        });
         Expr { kind, span }
     }
 

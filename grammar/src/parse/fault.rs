@@ -1,5 +1,6 @@
 //! What pest could not read, in the user's words.
 
+use super::habit::{self, Habit};
 use super::{Rule, scan, span};
 use crate::{Code, Diagnostic, suggest};
 use pest::error::{Error, ErrorVariant, InputLocation};
@@ -14,6 +15,10 @@ pub(super) struct Fault {
     help: Option<String>,
     /// A bracket on another line that is still open here.
     opened: Option<usize>,
+    /// Where to read on, if that is not the next item.
+    pub(super) resume: Option<usize>,
+    /// Whether what stands before it is not meant as it reads.
+    pub(super) spoils: bool,
 }
 
 impl Fault {
@@ -28,7 +33,16 @@ impl Fault {
             label: label.to_owned(),
             help: None,
             opened: None,
+            resume: None,
+            spoils: false,
         }
+    }
+
+    /// A habit of other languages.
+    fn habit(habit: Habit) -> Self {
+        let Habit { start, end, message, help, resume, keeps } = habit;
+        let (label, help) = ("not written so here".to_owned(), Some(help));
+        Self { place: start, end, message, label, help, opened: None, resume, spoils: !keeps }
     }
 
     /// Why the item that begins at `start` with `word` does not parse.
@@ -40,7 +54,15 @@ impl Fault {
         };
         let open = scan::unclosed(text, start, place).unwrap_or_default().last().copied();
         let context = Context { text, word, place, found: token(text, place), positives, open };
-        context.explain()
+        if let Some(fault) = context.string_fault() {
+            return fault;
+        }
+        match habit::within(text, start, place, open)
+            .filter(|_| !scan::is_word(context.found) || !context.begins_item())
+        {
+            Some(habit) => Self::habit(habit),
+            None => context.explain(),
+        }
     }
 
     /// Why no item begins at `place`.
@@ -51,7 +73,12 @@ impl Fault {
             return plain("this `}` closes nothing".to_owned()).label("no block is open");
         }
         let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
-        let help = if word { suggest(found, scan::ITEM_WORDS) } else { habit(found) };
+        let near = suggest(found, scan::ITEM_WORDS).filter(|help| help.starts_with("did you"));
+        let declares = scan::names_something(text, place + found.len());
+        if let Some(habit) = habit::item(text, place).filter(|_| near.is_none() || !declares) {
+            return Self { spoils: true, ..Self::habit(habit) };
+        }
+        let help = if word { suggest(found, scan::ITEM_WORDS) } else { foreign_character(found) };
         plain(format!("expected an item, found {}", shown(found)))
             .label("no item begins so")
             .help(help)
@@ -113,9 +140,6 @@ impl Context<'_> {
         let wants = |phrase: &str| phrases.contains(&phrase);
         let plain = |message: String| Fault::plain(self.text, self.place, message);
         let names = wants("a name") || wants("an expression");
-        if let Some(fault) = self.string_fault() {
-            return fault;
-        }
         if scan::is_reserved(self.found) && names && !self.begins_item() {
             let message = format!("`{}` is a reserved word and cannot be a name", self.found);
             return plain(message).label("reserved");
@@ -132,7 +156,7 @@ impl Context<'_> {
         let expected = listed(&phrases);
         let mut fault = plain(format!("expected {expected}, found {}", shown(self.found)))
             .label(format!("expected {expected}"))
-            .help(self.advice(&wants).or_else(|| habit(self.found)));
+            .help(self.advice(&wants).or_else(|| foreign_character(self.found)));
         let closes = wants("`)`") || wants("`]`") || wants("`}`");
         fault.opened =
             self.open.filter(|open| closes && self.text[*open..self.place].contains('\n'));
@@ -232,13 +256,8 @@ impl Context<'_> {
 }
 
 /// How to mend what comes from the habits of other languages.
-fn habit(found: &str) -> Option<String> {
+fn foreign_character(found: &str) -> Option<String> {
     let advice = match found.chars().next()? {
-        ';' => "an item needs no `;`",
-        '\'' | '“' | '”' | '„' | '‘' | '’' | '`' => {
-            "strings stand in plain double quotes: `\"`"
-        }
-        '#' => "a comment begins with `//`",
         c if c.is_alphabetic() && !c.is_ascii() => "a name is made of `A` to `z`, digits and `_`",
         _ => return None,
     };

@@ -148,6 +148,11 @@ fn tokens(text: &str, from: usize) -> impl Iterator<Item = Token<'_>> {
     })
 }
 
+/// Where the tokens from `from` to `to` begin and end.
+pub(super) fn words(text: &str, from: usize, to: usize) -> Vec<(usize, usize)> {
+    tokens(&text[..to], from).map(|token| (token.start, token.start + token.text.len())).collect()
+}
+
 /// Where the token begins that ends at `cut` or goes across it.
 pub(super) fn token_across(text: &str, from: usize, cut: usize) -> Option<usize> {
     let last = tokens(text, from).take_while(|token| token.start < cut).last()?;

@@ -128,7 +128,7 @@ fn docs() {
             r#"("of a" let a 1)"#,
             r#"("of b" junk)"#,
             r#"("of c" let c 3)"#,
-            "IVX0101 3:5 expected a name, found `=`",
+            "IVX0101 3:5 this `let` has no name; write `let x = ..`",
         ],
     );
 }

@@ -28,6 +28,8 @@ pub type ShapeRule = fn(&Facts<'_>) -> Option<Shapes>;
 pub struct Facts<'a> {
     /// Its descriptions, complete, with the names that axis arguments stand for.
     pub args: &'a Args,
+    /// The names of the arguments that the call itself gives; the others have their defaults.
+    pub given: &'a [&'a str],
     /// The names of the axes and dimensions of each value that a port takes, by port.
     pub over: &'a BTreeMap<String, Vec<Vec<String>>>,
     /// The shapes of each value that a port takes, by port: those that all have that one run
@@ -36,6 +38,12 @@ pub struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
+    /// Whether the call itself gives an argument.
+    #[must_use]
+    pub fn is_given(&self, name: &str) -> bool {
+        self.given.contains(&name)
+    }
+
     /// The argument; none where it holds what is still to be computed.
     #[must_use]
     pub fn arg<T: Literal>(&self, name: &str) -> Option<T> {

@@ -7,7 +7,7 @@ use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
 
 use super::act::Luck;
 use super::policy::greedy_policy;
-use crate::env::Env;
+use crate::env::{Env, world_pays};
 use crate::math::order::max;
 
 /// Says what the state after an action is worth.
@@ -82,6 +82,7 @@ declare! {
         /// After so many steps an episode is cut off.
         limit: usize = 100, in 1.0..=1e6, unit "steps";
     }
+    rule world_pays;
 }
 
 impl Op for Control {

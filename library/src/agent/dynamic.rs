@@ -2,7 +2,7 @@
 
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
-use crate::env::Env;
+use crate::env::{Env, world_pays};
 use crate::math::bellman::{Model, backup, expected_values, fixed_point, highest_values};
 
 /// Sweeps end when no value moves by more, relative to the largest (or to 1 if that is smaller).
@@ -19,6 +19,7 @@ declare! {
         /// What a reward one step later is worth.
         discount: f64 = 0.99, in 0.0..=1.0;
     }
+    rule world_pays;
 }
 
 impl Op for ValueIteration {
@@ -41,6 +42,7 @@ declare! {
         /// What a reward one step later is worth.
         discount: f64 = 0.99, in 0.0..=1.0;
     }
+    rule world_pays;
 }
 
 impl Op for PolicyValues {

@@ -8,7 +8,7 @@ use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
 use super::act::{Luck, episode};
 use super::estimate::along;
 use crate::artifact::Episode;
-use crate::env::Env;
+use crate::env::{Env, world_pays};
 use crate::math::moments::real;
 use crate::math::policy::boltzmann;
 use crate::math::returns::{Path, advantages, lambda_returns};
@@ -87,6 +87,7 @@ declare! {
         /// After so many steps an episode is cut off.
         limit: usize = 100, in 1.0..=1e6, unit "steps";
     }
+    rule world_pays;
 }
 
 impl Op for PolicyGradient {

@@ -30,6 +30,10 @@ impl Env for Chain {
             _ => ((s + 1).min(self.cells - 1), 1.0),
         }))
     }
+
+    fn pays(&self) -> bool {
+        self.goal
+    }
 }
 
 #[cfg(test)]

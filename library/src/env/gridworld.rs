@@ -49,6 +49,10 @@ impl Env for Gridworld {
             start,
         })
     }
+
+    fn pays(&self) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]

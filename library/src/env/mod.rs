@@ -23,7 +23,7 @@ mod support_distance;
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_op::{Array, Dim, Labels, OpError, Parts, Registry, family};
+use ivx_op::{Array, Dim, Facts, Labels, OpError, Parts, Registry, Wrong, family};
 use rand_chacha::ChaCha8Rng;
 
 use crate::artifact::Form;
@@ -115,6 +115,27 @@ pub trait Env: Debug + Send + Sync {
     /// # Errors
     /// If the description is no environment.
     fn mdp(&self) -> Result<Mdp, OpError>;
+
+    /// Whether it ever pays anything: without, there is nothing to be learned from its rewards.
+    fn pays(&self) -> bool {
+        true
+    }
+}
+
+/// The rule that the world `in` pays something, for what learns or reckons values by its rewards.
+pub(crate) fn world_pays(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match facts.arg::<Box<dyn Env>>("in") {
+        Some(world) if !world.pays() => Err(Wrong {
+            arg: "in",
+            message: "this world never pays, so that every value in it is 0 and there is nothing \
+                      to learn"
+                .to_owned(),
+            help: "use one that pays, such as `goal_world()` or `chain()`; rewards of your own go \
+                   with its `transitions(of: ..)` into `implicit_optimal_values(.., rewards: ..)`"
+                .to_owned(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 macro_rules! tables {

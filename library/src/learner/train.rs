@@ -1,6 +1,6 @@
 //! Training.
 
-use ivx_op::{Args, Ctx, Literal as _, Needs, One, Op, OpError, Shapes, declare};
+use ivx_op::{Args, Ctx, Facts, Literal as _, Needs, One, Op, OpError, Shapes, Wrong, declare};
 
 use super::Learner;
 use super::form::{self, form_of_data, learner_fits};
@@ -13,11 +13,32 @@ declare! {
         learner: Box<dyn Learner>;
         /// The data.
         on: One<Dataset>;
-        /// How many updates; closed-form learners make none.
+        /// How many updates. Learners of networks need it, and closed-form learners make none.
         steps: u64 = 0, in 0.0.., unit "updates";
     }
-    rule learner_fits;
+    rule learns;
     shapes form_of_data;
+}
+
+/// A network that was never updated is none that was learned: whoever wants the initial one says
+/// so by `steps: 0`.
+fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
+    learner_fits(facts)?;
+    let Some(learner) = facts.arg::<Box<dyn Learner>>("learner") else { return Ok(()) };
+    let steps: u64 = facts.arg("steps").unwrap_or_default();
+    let wrong = |message: &str, help: &str| {
+        Err(Wrong { arg: "steps", message: message.to_owned(), help: help.to_owned() })
+    };
+    if learner.makes_networks() && !facts.is_given("steps") {
+        let help = "write `steps: 1_000`, or `steps: 0` for the network as it is drawn";
+        return wrong("this learner makes its updates one by one, and `train` needs `steps`", help);
+    }
+    if !learner.makes_networks() && steps > 0 {
+        let help = "leave `steps` out; of several learners along an axis, choose it by `match`, \
+                    with 0 for this one";
+        return wrong("this learner is in closed form, and makes no steps", help);
+    }
+    Ok(())
 }
 
 impl Op for Train {
