@@ -68,8 +68,10 @@ fn outputs(project: &Project) -> BTreeMap<String, String> {
     let run = project.read("results/every_op/run.ron");
     let mut outputs: BTreeMap<String, String> = BTreeMap::new();
     for line in plan.out.lines().filter(|line| line.contains("label=")) {
-        let label = line.split('"').nth(1).expect("labels are quoted");
-        let (address, op) = label.split_once("\\n").expect("a label has two lines");
+        let label = line.split_once("label=\"").and_then(|(_, rest)| rest.split_once("\", fill"));
+        let label = label.expect("labels are quoted").0;
+        let (address, op) = label.rsplit_once("\\n").expect("a label has two lines");
+        let address = address.replace("\\\"", "\"").replace("\\\\", "\\");
         let node = run.split_once(&format!("{address:?}")).expect("every node is in run.ron").1;
         let digest = node
             .split("output: ")
@@ -77,7 +79,7 @@ fn outputs(project: &Project) -> BTreeMap<String, String> {
             .and_then(|rest| rest.split('"').nth(1))
             .expect("it has an output");
         let all = outputs.entry(op.to_owned()).or_default();
-        all.extend([address, " ", digest, "\n"]);
+        all.extend([&address, " ", digest, "\n"]);
     }
     outputs
 }

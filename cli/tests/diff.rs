@@ -32,13 +32,13 @@ const TEXT: &str = "\
     holds, difference -1 -> fails, difference 1
 ~ measure told/twice: 1 of 1 moved, at most 2 -> 6 (+200 %)
 nodes: 36 re-keyed (36 before, 36 after)
+  re-keyed because param told.level: 1.0 -> 3.0 (`claim.left` in told/claim \"the level is low\")
+    1 told/claim \"the level is low\"
   re-keyed because param told.points: 5 -> 6 (`sample.n` in told/data)
     5 told/data
     10 told/decision
     10 told/gap
     10 told/model/member
-  re-keyed because param told.level: 1.0 -> 3.0 (`claim.left` in told/the level is low)
-    1 told/the level is low
 ";
 
 const MARKDOWN: &str = "
@@ -52,13 +52,13 @@ const MARKDOWN: &str = "
 
 <details><summary>nodes: 36 re-keyed (36 before, 36 after)</summary>
 
+- re-keyed because ``param told.level: 1.0 -> 3.0 (`claim.left` in told/claim \"the level is low\")``
+  - `1 told/claim \"the level is low\"`
 - re-keyed because ``param told.points: 5 -> 6 (`sample.n` in told/data)``
   - `5 told/data`
   - `10 told/decision`
   - `10 told/gap`
   - `10 told/model/member`
-- re-keyed because ``param told.level: 1.0 -> 3.0 (`claim.left` in told/the level is low)``
-  - `1 told/the level is low`
 
 </details>
 ";
@@ -144,10 +144,10 @@ fn a_change_of_parameters_is_told_with_all_that_moved_and_why() {
         "binding": "told/model/member", "what": "rekeyed", "n": 10, "because": because,
         "nodes": null,
     });
-    assert_eq!(told["nodes"]["shifts"][3], models);
+    assert_eq!(told["nodes"]["shifts"][4], models);
     assert_eq!(json(&[a, a], 0)["same"], true);
     let all = json(&[a, b, "--nodes"], 1);
-    assert_eq!(all["results"][0]["nodes"]["shifts"][3]["nodes"][9], "told/model[seed=4]/member[1]");
+    assert_eq!(all["results"][0]["nodes"]["shifts"][4]["nodes"][9], "told/model[seed=4]/member[1]");
     let named = diff(folder, &[a, b, "--nodes"], 1);
     assert!(named.contains("\n    5 told/data\n      told/data[seed=0]\n"), "{named}");
 }

@@ -22,6 +22,7 @@ mod outcome;
 mod page;
 mod plan;
 mod platform;
+mod pool;
 mod queue;
 mod results;
 mod schedule;

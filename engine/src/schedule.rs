@@ -21,6 +21,7 @@ use crate::options::Options;
 use crate::outcome::{Fate, Node, Outcome};
 use crate::plan::{Plan, Source, Step};
 use crate::platform::platform;
+use crate::pool::pool;
 use crate::queue::{Queue, Start};
 
 /// How often a node that another process runs is looked at again.
@@ -80,16 +81,6 @@ fn look_up_and_run(
         run.cache.sync()
     })?;
     Ok((!run.misled).then_some(Outcome { nodes: run.nodes, values: run.values }))
-}
-
-/// Threads, so many if the system starts them.
-pub(crate) fn pool(threads: usize) -> rayon::ThreadPool {
-    let threads = threads.max(1);
-    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-        Ok(pool) => pool,
-        Err(_) if threads > 1 => pool(threads / 2),
-        Err(error) => panic!("the system starts no thread: {error}"),
-    }
 }
 
 struct Run<'a> {
@@ -165,10 +156,8 @@ impl<'a> Run<'a> {
     }
 
     fn begin(&mut self) {
-        for node in self.plan.graph.node_indices() {
-            if self.plan.graph.neighbors_directed(node, Incoming).next().is_none() {
-                self.resolve(node);
-            }
+        for node in self.plan.graph.externals(Incoming) {
+            self.resolve(node);
         }
     }
 
@@ -178,8 +167,7 @@ impl<'a> Run<'a> {
 
     /// How many nodes may still run: more threads would have nothing to do.
     fn n_left(&self) -> usize {
-        let left = self.nodes.iter().filter(|node| node.output.is_none()).count();
-        left + self.forced.len()
+        self.nodes.iter().filter(|node| node.output.is_none()).count() + self.forced.len()
     }
 
     /// Whether to begin nothing more.
@@ -476,9 +464,7 @@ impl<'a> Run<'a> {
             if self.options.stop.asked() {
                 return Ok(false);
             }
-            let Some(output) = &self.nodes[node.index()].output else {
-                continue;
-            };
+            let Some(output) = &self.nodes[node.index()].output else { continue };
             if self.values.contains_key(&node) || self.lost(node).is_some() {
                 continue;
             }

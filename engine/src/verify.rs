@@ -12,7 +12,7 @@ use crate::execute::{Problem, compute, read};
 use crate::foresee::{Known, known};
 use crate::plan::{Plan, Step};
 use crate::platform::platform;
-use crate::schedule::pool;
+use crate::pool::pool;
 
 /// By how much numbers of another platform may differ, relative to their size.
 const TOLERANCE: f64 = 1e-6;
