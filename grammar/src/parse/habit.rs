@@ -126,6 +126,7 @@ pub(super) fn item(text: &str, place: usize) -> Option<Habit> {
 }
 
 /// Where the item that begins at `start` stops being one, at `place`.
+#[expect(clippy::too_many_lines, reason = "one list of habits, an arm each")]
 pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>) -> Option<Habit> {
     let end = scan::token_end(text, place);
     let found = &text[place..end];
@@ -174,7 +175,7 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
         } else {
             "conditions are 1 or 0: both are true where `(a < b) * (c < d)` is 1"
         };
-        let twice = place + 2 * found.len().min(if found.len() == 1 { 1 } else { 0 });
+        let twice = place + 2 * found.len().min(usize::from(found.len() == 1));
         return habit((place, twice.max(end)), "conditions are not joined", help);
     }
     match found {

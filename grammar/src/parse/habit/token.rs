@@ -109,7 +109,7 @@ pub(super) fn comment(text: &str, place: usize) -> Option<Habit> {
         (place + 1, line)
     } else if rest.starts_with("--") {
         (place + 2, line)
-    } else if rest.starts_with("/*") || rest.starts_with("*") && text[..place].ends_with('/') {
+    } else if rest.starts_with("/*") || rest.starts_with('*') && text[..place].ends_with('/') {
         let close = rest.find("*/").map_or(line, |at| place + at + 2);
         let start = place - usize::from(!rest.starts_with("/*"));
         return Some(
@@ -147,12 +147,11 @@ pub(super) fn odd_character(text: &str, place: usize) -> Option<Habit> {
         '≠' => ("not read", "!="),
         '≈' | '≃' | '±' => ("not read", "== .. within(0.05)"),
         '…' => ("not read", ".."),
-        '＝' => ("not read", "="),
+        '＝' | '⇒' | '→' | '←' => ("not read", "="),
         '：' => ("not read", ":"),
         '，' | '、' => ("not read", ","),
         '（' => ("not read", "("),
         '）' => ("not read", ")"),
-        '⇒' | '→' | '←' => ("not read", "="),
         '²' => {
             let base = scan::words(text, text[..place].rfind('\n').map_or(0, |at| at + 1), place);
             let base = power(text, &base);
