@@ -2,7 +2,7 @@
 
 use ivx_grammar::ast::{Item, ItemKind, TyExpr};
 use ivx_grammar::check::{File, Project};
-use ivx_grammar::{parse, parse_literal, suggest};
+use ivx_grammar::{article, parse, parse_literal, suggest};
 use ivx_op::Lit;
 
 /// A parameter as it is declared.
@@ -68,10 +68,6 @@ fn why(value: &str, of: &Declared<'_>) -> String {
             format!("wants {} {ty}, and `{value}` is none{reason}", article(ty))
         }
     }
-}
-
-fn article(ty: &str) -> &'static str {
-    if ty.starts_with(['A', 'E', 'I', 'O']) { "an" } else { "a" }
 }
 
 impl Declared<'_> {

@@ -170,3 +170,9 @@ impl Diagnostic {
         self
     }
 }
+
+/// `a` or `an`, as the name of a type wants it in a message.
+#[must_use]
+pub fn article(name: &str) -> &'static str {
+    if name.starts_with(['A', 'E', 'I', 'O']) { "an" } else { "a" }
+}

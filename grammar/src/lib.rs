@@ -18,7 +18,7 @@ mod parse;
 mod span;
 mod suggest;
 
-pub use diagnostic::{Code, Diagnostic, Label, Severity};
+pub use diagnostic::{Code, Diagnostic, Label, Severity, article};
 pub use external::externals;
 pub use format::format;
 pub use literal::parse_literal;

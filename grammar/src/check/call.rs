@@ -10,7 +10,7 @@ use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{self, ItemKind, Name};
 use crate::ir::Desc;
-use crate::{Code, Diagnostic, Span, suggest};
+use crate::{Code, Diagnostic, Span, article, suggest};
 
 /// Arguments as written: a name where one is given, and the expression.
 pub(super) type Written<'a> = [(Option<Name>, ast::Expr)];
@@ -61,10 +61,10 @@ impl<'a> Checker<'a> {
         let help = if value {
             Some(format!("`{}` is a value: use it without parentheses", name.value))
         } else {
-            call_help(&name.value).map(str::to_owned).or_else(|| {
-                suggest(&name.value, known)
-                    .or_else(|| Some("`ivx ops` lists what there is".to_owned()))
-            })
+            call_help(&name.value)
+                .map(str::to_owned)
+                .or_else(|| suggest(&name.value, known))
+                .or_else(|| Some("`ivx ops` lists what there is".to_owned()))
         };
         let message = format!("no operation, part or function is called `{}`", name.value);
         let fault = Diagnostic::new(Code::UnknownCall, name.span, message, "not known");
@@ -220,13 +220,12 @@ impl<'a> Checker<'a> {
             Val::Desc(desc, found) => {
                 let fits = fit(&ty, &found);
                 if fits == Fit::No {
-                    let found_ty = found.clone();
-                    let found =
+                    let told =
                         if found == nothing() { "nothing".to_owned() } else { found.to_string() };
-                    let message = format!("`{}.{}` is {ty}, found {found}", decl.name, arg.name);
+                    let message = format!("`{}.{}` is {ty}, found {told}", decl.name, arg.name);
                     let fault =
                         Diagnostic::new(Code::Type, expr.span, message, format!("expected {ty}"));
-                    let help = self.written_as(&ty, &found_ty, expr).or_else(|| self.of_type(&ty));
+                    let help = self.written_as(&ty, &found, expr).or_else(|| self.of_type(&ty));
                     self.fault(fault.maybe_help(help));
                     return None;
                 }
@@ -269,13 +268,7 @@ impl<'a> Checker<'a> {
             .decls()
             .filter(|decl| matches!(decl.role, Role::Part(own) if own == *family));
         let parts: Vec<_> = parts.take(8).map(|decl| format!("`{}()`", decl.name)).collect();
-        (!parts.is_empty()).then(|| {
-            format!(
-                "{} {family} is {}",
-                if family.starts_with(['A', 'E', 'I', 'O']) { "an" } else { "a" },
-                parts.join(", ")
-            )
-        })
+        (!parts.is_empty()).then(|| format!("{} {family} is {}", article(family), parts.join(", ")))
     }
 
     fn in_range(

@@ -255,13 +255,10 @@ impl Context<'_> {
     }
 }
 
-/// How to mend what comes from the habits of other languages.
+/// What names are made of, where one begins with a letter of another alphabet.
 fn foreign_character(found: &str) -> Option<String> {
-    let advice = match found.chars().next()? {
-        c if c.is_alphabetic() && !c.is_ascii() => "a name is made of `A` to `z`, digits and `_`",
-        _ => return None,
-    };
-    Some(advice.to_owned())
+    let is_letter = found.starts_with(|c: char| c.is_alphabetic() && !c.is_ascii());
+    is_letter.then(|| "a name is made of `A` to `z`, digits and `_`".to_owned())
 }
 
 fn token(text: &str, place: usize) -> &str {

@@ -80,14 +80,10 @@ pub(super) fn item(text: &str, place: usize) -> Option<Habit> {
         "def" | "fn" | "func" | "function" | "fun" | "proc" | "sub" => {
             ("a function is a `let` with parameters", "write `let f(x: Float) = x + 1`")
         }
-        "for" | "foreach" | "while" | "loop" | "repeat" | "do" | "until" => (
-            "there are no loops",
-            "declare an axis, `axis x = 0..5`: what mentions `x` has a value for each of it",
-        ),
-        "if" | "else" | "elif" | "elsif" | "switch" | "case" | "when" | "unless" | "try" => (
-            "there is no `if`",
-            "choose along an axis: `match method { \"a\": 1, \"b\": 2 }`; sizes are set by a `profile`",
-        ),
+        "for" | "foreach" | "while" | "loop" | "repeat" | "do" | "until" => foreign("for")?,
+        "if" | "else" | "elif" | "elsif" | "switch" | "case" | "when" | "unless" | "try" => {
+            foreign("if")?
+        }
         "print" | "println" | "printf" | "echo" | "display" | "show" | "log" | "puts" | "plot"
         | "plt" => (
             "nothing is printed: what is to be seen has a name",
@@ -175,24 +171,13 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
         } else {
             "conditions are 1 or 0: both are true where `(a < b) * (c < d)` is 1"
         };
-        let twice = place + 2 * found.len().min(usize::from(found.len() == 1));
-        return habit((place, twice.max(end)), "conditions are not joined", help);
+        // `&&` and `||` are two tokens.
+        let end = if found.len() == 1 { end + 1 } else { end };
+        return habit((place, end), "conditions are not joined", help);
     }
     match found {
-        "!" => {
-            return habit(
-                here,
-                "there is no `not`",
-                "turn the comparison round: `a >= b` for not `a < b`",
-            );
-        }
-        "|" => {
-            return habit(
-                here,
-                "there are no functions without a name",
-                "write `let f(x: Float) = x + 1`",
-            );
-        }
+        "!" => return foreign("not").map(|(m, h)| Habit::new(here, m, h)),
+        "|" => return foreign("lambda").map(|(m, h)| Habit::new(here, m, h)),
         "*" if prev == "*" && before.1 == place => {
             let base = power(text, &tokens[..tokens.len() - 1]);
             return habit((before.0, end), "there is no `**`", &format!("write `{base} * {base}`"));
@@ -201,7 +186,6 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
             let base = power(text, &tokens);
             return habit(here, "there is no `^`", &format!("write `{base} * {base}`"));
         }
-        "?" => return foreign("if").map(|(m, h)| Habit::new(here, m, h)),
         "%" if prev.starts_with(|c: char| c.is_ascii_digit()) => {
             let share = prev.replace('_', "").parse::<f64>().unwrap_or(5.0) / 100.0;
             return habit(
@@ -217,7 +201,9 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
                 "declare an axis, `axis x = [1, 2]`: what mentions `x` has a value for each of it",
             );
         }
-        "then" | "else" | "elif" => return foreign("if").map(|(m, h)| Habit::new(here, m, h)),
+        "?" | "then" | "else" | "elif" => {
+            return foreign("if").map(|(m, h)| Habit::new(here, m, h));
+        }
         "in" | "where" if open.is_none() => {
             return habit(
                 here,
