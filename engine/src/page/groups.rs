@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_grammar::ir::Experiment;
 use petgraph::Direction;
 
 use crate::address::{parts, stem};
@@ -29,8 +28,8 @@ pub(super) struct Group {
 }
 
 /// The groups of an experiment, and those of others that feed them, by layer.
-pub(super) fn groups(experiment: &Experiment, plan: &Plan, outcome: &Outcome) -> Vec<Group> {
-    let own = format!("{}/", experiment.name);
+pub(super) fn groups(experiment: &str, plan: &Plan, outcome: &Outcome) -> Vec<Group> {
+    let own = format!("{experiment}/");
     let is_own = |address: &str| address.starts_with(&own);
     let mut shown = BTreeSet::new();
     for node in plan.graph.node_indices().filter(|n| is_own(&plan.graph[*n].address)) {
@@ -78,10 +77,10 @@ pub(super) fn groups(experiment: &Experiment, plan: &Plan, outcome: &Outcome) ->
 }
 
 /// What the nodes of an address are called together: the name in the spec; claims go by that alone.
-fn name(address: &str, experiment: &Experiment) -> String {
+fn name(address: &str, experiment: &str) -> String {
     let parts = parts(address);
     let (of, name) = (parts[0], stem(parts.get(1).copied().unwrap_or_default()));
-    if of != experiment.name {
+    if of != experiment {
         return format!("{of}.{name}");
     }
     if name.starts_with("claim ") { "claims".to_owned() } else { name.to_owned() }
@@ -98,16 +97,6 @@ mod tests {
 
     #[test]
     fn nodes_of_one_name_are_told_together() {
-        let experiment = Experiment {
-            name: "e".into(),
-            docs: String::new(),
-            params: vec![],
-            axes: vec![],
-            measures: vec![],
-            figures: vec![],
-            tables: vec![],
-            claims: vec![],
-        };
         let mut plan = Plan::default();
         let addresses = [
             "d/data[seed=0]",
@@ -147,7 +136,7 @@ mod tests {
             Fate::Hit,
         ];
         let nodes = fates.into_iter().map(|fate| Node { fate, ..Node::default() }).collect();
-        let found = groups(&experiment, &plan, &Outcome { nodes, ..Outcome::default() });
+        let found = groups("e", &plan, &Outcome { nodes, ..Outcome::default() });
         let told: Vec<(&str, usize, Vec<usize>)> = found
             .iter()
             .map(|g| (g.name.as_str(), g.layer, g.fed_by.iter().copied().collect()))

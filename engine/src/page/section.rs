@@ -45,7 +45,7 @@ pub(super) fn section(
     }
     out.extend(measures(experiment, found));
     out.extend(settings(spec, experiment));
-    let groups = groups(experiment, plan, outcome);
+    let groups = groups(&experiment.name, plan, outcome);
     if !groups.is_empty() {
         out.push(format!("<h3>Who feeds whom</h3>{}", network(&groups)));
     }
