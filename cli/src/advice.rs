@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-use crate::source::{listed, specs};
+use crate::source::{is_spec, listed, specs};
 
 /// A help for a command line, if there is one.
 ///
@@ -25,7 +25,7 @@ pub(crate) fn advice(usage: &clap::Error, args: &[OsString]) -> Option<String> {
                     Some(format!("a parameter of the spec is set by `--set {name}=VALUE`"))
                 } else if unknown.contains('=') {
                     Some(format!("a parameter is set by `--set {unknown}`"))
-                } else if is_spec(unknown) {
+                } else if is_spec(Path::new(unknown)) {
                     let how = "a spec of its own can `include` several";
                     Some(format!("one spec is named at a time; {how}"))
                 } else {
@@ -35,7 +35,11 @@ pub(crate) fn advice(usage: &clap::Error, args: &[OsString]) -> Option<String> {
         }
         ErrorKind::InvalidSubcommand => {
             let unknown = text(ContextKind::InvalidSubcommand)?;
-            let spec = args.iter().skip(1).filter_map(|arg| arg.to_str()).find(|arg| is_spec(arg));
+            let spec = args
+                .iter()
+                .skip(1)
+                .filter_map(|arg| arg.to_str())
+                .find(|arg| is_spec(Path::new(arg)));
             let is_run = ["run", "execute", "start"].contains(&unknown);
             let spec = spec.or(is_run.then_some("SPEC"))?;
             Some(format!("a spec is run by `ivx exec {spec}`"))
@@ -50,10 +54,6 @@ pub(crate) fn advice(usage: &clap::Error, args: &[OsString]) -> Option<String> {
         }
         _ => None,
     }
-}
-
-fn is_spec(arg: &str) -> bool {
-    Path::new(arg).extension().is_some_and(|kind| kind == "ivx")
 }
 
 /// Of `--set NAME VALUE`, in two words.

@@ -88,11 +88,16 @@ pub(crate) fn no_spec(path: &Path, error: &io::Error) -> String {
     }
 }
 
+/// Whether a path is called as specs are.
+pub(crate) fn is_spec(path: &Path) -> bool {
+    path.extension().is_some_and(|kind| kind == "ivx")
+}
+
 /// The specs in a folder, as they are named from here.
 pub(crate) fn specs(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path());
-    let specs = paths.filter(|path| path.extension().is_some_and(|kind| kind == "ivx"));
+    let specs = paths.filter(|path| is_spec(path));
     let shown =
         |path: std::path::PathBuf| path.strip_prefix("./").unwrap_or(&path).display().to_string();
     let mut specs: Vec<String> = specs.map(shown).collect();

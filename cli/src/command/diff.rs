@@ -19,9 +19,10 @@ use ivx_library::math::interval::student_t;
 use crate::args::{self, DiffFormat, StoreMode};
 use crate::found::Found;
 use crate::render::visible;
+use crate::source::is_spec;
 use crate::{At as _, FAILED, OK, Trouble, WRONG, project, store};
 
-use side::{Side, current, is_spec, last, side};
+use side::{Side, current, last, side};
 
 /// What differs between the results of one spec.
 struct Pair {

@@ -16,6 +16,7 @@ use ivx_op::read_tensors;
 use super::why::{named, swapped};
 use super::{diff, ready};
 use crate::args::{self, StoreMode};
+use crate::source::is_spec;
 use crate::{At as _, OK, Trouble, WRONG, project, store};
 
 pub(crate) fn export(
@@ -26,7 +27,7 @@ pub(crate) fn export(
     let kind = args.to.extension().and_then(|kind| kind.to_str()).unwrap_or_default();
     let path = &args.spec.path;
     let bytes = match kind {
-        "csv" | "json" | "parquet" if path.extension().is_some_and(|kind| kind == "ivx") => {
+        "csv" | "json" | "parquet" if is_spec(path) => {
             let why = "measures are exported from results: `ivx export results/NAME --to ..`";
             writeln!(err, "error: {why}")?;
             None

@@ -5,17 +5,15 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use crate::args::New;
+use crate::source::is_spec;
 use crate::{At as _, OK, Trouble, WRONG, project};
 
 /// What a spec begins as; the name of the experiment stands for `first`.
 const TEMPLATE: &str = include_str!("new.ivx");
 
 pub(crate) fn new(args: &New, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
-    let path = if args.name.extension().is_some_and(|extension| extension == "ivx") {
-        args.name.clone()
-    } else {
-        args.name.with_added_extension("ivx")
-    };
+    let path =
+        if is_spec(&args.name) { args.name.clone() } else { args.name.with_added_extension("ivx") };
     let name = project::name(&path);
     if !is_name(&name) {
         writeln!(err, "error: `{name}` cannot be the name of an experiment")?;

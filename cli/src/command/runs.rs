@@ -145,9 +145,9 @@ fn verdicts(summary: &Summary) -> Vec<(usize, &str)> {
 
 /// A run as programs read it.
 pub(super) fn as_json(run: &Run) -> Value {
-    let mut value = serde_json::to_value(Summary::read(run)).expect("a summary is plain data");
-    let by_hand = Summary::read(run);
-    let by_hand = by_hand.by_hand().map(|(name, value)| (name.clone(), json!(value))).collect();
+    let summary = Summary::read(run);
+    let mut value = serde_json::to_value(&summary).expect("a summary is plain data");
+    let by_hand = summary.by_hand().map(|(name, value)| (name.clone(), json!(value))).collect();
     value["set"] = Value::Object(by_hand);
     value["run"] = json!(run.name);
     value["kept"] = json!(run.kept);

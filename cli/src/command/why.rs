@@ -15,6 +15,7 @@ use super::{Ready, ready};
 use crate::args::StoreMode;
 use crate::render::safe;
 use crate::setter::{Setter, setter};
+use crate::source::is_spec;
 pub(super) use json::part;
 
 use crate::{OK, Trouble, WRONG, args, project, store};
@@ -63,7 +64,6 @@ pub(crate) fn why(
 
 /// What was given for the node, if that is a spec and what was given for the spec is none.
 pub(super) fn swapped<'a>(spec: &Path, node: &'a str) -> Option<&'a str> {
-    let is_spec = |path: &Path| path.extension().is_some_and(|kind| kind == "ivx");
     (!spec.exists() && is_spec(Path::new(node)) && Path::new(node).is_file()).then_some(node)
 }
 

@@ -24,17 +24,16 @@ pub(super) fn gc(args: &args::Gc, out: &mut dyn Write, err: &mut dyn Write) -> R
     let root = root()?;
     let age = args.older_than.map(|age| u64::try_from(age.as_millis()).unwrap_or(u64::MAX));
     let locked = lock::locked(&project::here())?;
-    let limits = |history: &[Run]| Wanted {
-        runs: args.keep_runs.map(|n| last_runs(history, n)),
-        since: age.map(|age| now_millis().saturating_sub(age)),
-        max_bytes: args.max_size,
-        locked: locked.clone(),
-    };
     let specs = RefCell::new(BTreeMap::new());
     let wanted = |history: &[Run]| {
         let of = |run: &Run| (run.name.clone(), Summary::read(run).spec);
         *specs.borrow_mut() = history.iter().map(of).collect();
-        limits(history)
+        Wanted {
+            runs: args.keep_runs.map(|n| last_runs(history, n)),
+            since: age.map(|age| now_millis().saturating_sub(age)),
+            max_bytes: args.max_size,
+            locked: locked.clone(),
+        }
     };
     if args.dry_run || !args.yes {
         let swept = swept(&root, Sweep::Dry, wanted, err)?;

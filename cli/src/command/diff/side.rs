@@ -75,11 +75,6 @@ pub(super) fn side(
     }
 }
 
-/// Whether a path is that of a spec.
-pub(super) fn is_spec(path: &Path) -> bool {
-    path.extension().is_some_and(|kind| kind == "ivx")
-}
-
 /// The last two runs that found something out of one spec, the earlier first: of the spec that is
 /// named, or of the one that ran last. Says which they are, or that there are none.
 pub(super) fn last(
@@ -103,9 +98,9 @@ pub(super) fn last(
         return Ok(None);
     };
     let mut own = told.iter().rev().filter(|(_, summary)| summary.spec == spec);
-    let (Some((new, _)), Some((old, _))) = (own.next(), own.next()) else {
-        let n =
-            if told.iter().any(|(_, summary)| summary.spec == spec) { "one run" } else { "no run" };
+    let (new, old) = (own.next(), own.next());
+    let (Some((new, _)), Some((old, _))) = (new, old) else {
+        let n = if new.is_some() { "one run" } else { "no run" };
         let said = format!("there is {n} of {spec}, and two are compared: `ivx runs` lists all");
         writeln!(err, "error: {}", visible(&said))?;
         return Ok(None);
