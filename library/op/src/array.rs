@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Artifact, Data, Gathered, Tensors};
+use crate::{Artifact, Data, Gathered, Tensors, label};
 
 /// Numbers over named dimensions, last dimension fastest. Without dimensions, a scalar.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl Labels {
     #[must_use]
     pub fn text(&self, i: usize) -> String {
         match self {
-            Self::Numbers(xs) => xs[i].to_string(),
+            Self::Numbers(xs) => label(xs[i]),
             Self::Names(names) => names[i].clone(),
         }
     }

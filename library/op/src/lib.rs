@@ -18,6 +18,7 @@ mod registry;
 mod rendered;
 mod rng;
 mod rule;
+mod shown;
 mod verdict;
 
 pub use arg::{
@@ -32,10 +33,11 @@ pub use declare::field_name;
 pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
 pub use lit::{Args, Held, Lit, Part};
 pub use needs::Needs;
-pub use published::{Published, read_published};
+pub use published::{Published, exact, read_published, too_large};
 pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
 pub use rendered::{Figure, Table};
 pub use rng::{Ctx, Progress};
 pub use rule::{Facts, Rule, ShapeRule, Shapes, Wrong};
+pub use shown::{label, shown, shown_roughly, shown_to, shown_to_decimals, shown_together};
 pub use verdict::{Finding, Outcome, Verdict};

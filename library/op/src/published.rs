@@ -1,11 +1,13 @@
 //! Published numbers: what a paper's table says, as a file.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
 use ron::extensions::Extensions;
 use serde::Deserialize;
+use serde::de::{self, Deserializer, Visitor};
 
-use crate::{Dim, Labels};
+use crate::{Dim, Labels, label as written};
 
 /// Numbers over named dimensions, some of them missing.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,15 +28,63 @@ pub struct Published {
 struct File {
     source: String,
     axes: Vec<(String, Vec<Label>)>,
-    values: Vec<Option<f64>>,
-    errors: Option<Vec<Option<f64>>>,
+    values: Vec<Option<Exact>>,
+    errors: Option<Vec<Option<Exact>>>,
 }
 
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Label {
-    Number(f64),
+    Number(Exact),
     Name(String),
+}
+
+/// A number as it is written: a whole one is refused where it would be rounded.
+struct Exact(f64);
+
+impl<'de> Deserialize<'de> for Exact {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AnyNumber).map(Self)
+    }
+}
+
+struct AnyNumber;
+
+impl Visitor<'_> for AnyNumber {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number")
+    }
+
+    fn visit_f32<E: de::Error>(self, x: f32) -> Result<f64, E> {
+        Ok(f64::from(x))
+    }
+
+    fn visit_f64<E: de::Error>(self, x: f64) -> Result<f64, E> {
+        Ok(x)
+    }
+
+    fn visit_i64<E: de::Error>(self, n: i64) -> Result<f64, E> {
+        exact(n).ok_or_else(|| E::custom(too_large(n)))
+    }
+
+    fn visit_u64<E: de::Error>(self, n: u64) -> Result<f64, E> {
+        i64::try_from(n).ok().and_then(exact).ok_or_else(|| E::custom(too_large(n)))
+    }
+}
+
+/// A whole number as a real one; none where that could be another.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "it is exact up to 2^53")]
+pub fn exact(n: i64) -> Option<f64> {
+    (n.unsigned_abs() <= 1 << 53).then_some(n as f64)
+}
+
+/// What is said of a whole number that would be rounded.
+#[must_use]
+pub fn too_large(n: impl fmt::Display) -> String {
+    format!("holds {n}, which is too large to be exact")
 }
 
 /// The numbers of a file.
@@ -46,6 +96,10 @@ pub fn read_published(text: &str) -> Result<Published, String> {
     let File { source, axes, values, errors } = options.from_str(text).map_err(|error| {
         format!("line {}, column {}: {}", error.span.start.line, error.span.start.col, error.code)
     })?;
+    let plain = |numbers: Vec<Option<Exact>>| -> Vec<Option<f64>> {
+        numbers.into_iter().map(|number| number.map(|Exact(x)| x)).collect()
+    };
+    let (values, errors) = (plain(values), errors.map(plain));
     let mut names = BTreeSet::new();
     for (name, _) in &axes {
         let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -86,7 +140,7 @@ pub fn read_published(text: &str) -> Result<Published, String> {
 /// The dimension; its labels are numbers if all are.
 fn dim(name: String, labels: &[Label]) -> Result<Dim, String> {
     let text = |label: &Label| match label {
-        Label::Number(x) => x.to_string(),
+        Label::Number(Exact(x)) => written(*x),
         Label::Name(name) => name.clone(),
     };
     let texts: Vec<String> = labels.iter().map(text).collect();
@@ -97,7 +151,7 @@ fn dim(name: String, labels: &[Label]) -> Result<Dim, String> {
     if let Some(again) = texts.iter().find(|label| !seen.insert(label.as_str())) {
         return Err(format!("axis `{name}` has the label `{again}` twice"));
     }
-    let number = |label: &Label| if let Label::Number(x) = label { Some(*x) } else { None };
+    let number = |label: &Label| if let Label::Number(Exact(x)) = label { Some(*x) } else { None };
     let labels = match labels.iter().map(number).collect::<Option<Vec<f64>>>() {
         Some(numbers) if numbers.iter().all(|x| x.is_finite()) => Labels::Numbers(numbers),
         Some(_) => return Err(format!("a label of axis `{name}` is not finite")),
@@ -129,6 +183,34 @@ mod tests {
         let mixed = r#"(source: "", axes: [("a", ["x", 2])], values: [1, 2])"#;
         let labels = Labels::Names(vec!["x".into(), "2".into()]);
         assert_eq!(read_published(mixed).unwrap().dims[0].labels, labels);
+    }
+
+    #[test]
+    fn numbers_are_read_to_the_bit() {
+        let mut bits = 1_u64;
+        for _ in 0..5_000 {
+            bits = bits
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let x = f64::from_bits(bits);
+            if !x.is_finite() {
+                continue;
+            }
+            for text in [format!("{x:?}"), format!("{x:e}")] {
+                let read = format!("(source: \"\", axes: [(\"a\", [{text}])], values: [{text}])");
+                let read = read_published(&read).unwrap();
+                assert_eq!(read.values[0].unwrap().to_bits(), x.to_bits(), "{text}");
+                assert_eq!(read.dims[0].labels, Labels::Numbers(vec![x]), "{text}");
+            }
+        }
+        let read = |x: &str| read_published(&format!("(source: \"\", axes: [], values: [{x}])"));
+        assert_eq!(read("9007199254740992").unwrap().values, [Some(9_007_199_254_740_992.0)]);
+        for odd in ["9007199254740993", "-9007199254740993", "18446744073709551615"] {
+            let why = read(odd).unwrap_err();
+            assert!(why.contains(&format!("{odd}, which is too large to be exact")), "{why}");
+        }
+        assert_eq!(read("9007199254740993.0").unwrap().values, [Some(9_007_199_254_740_992.0)]);
+        assert!(read("\"1\"").is_err());
     }
 
     #[test]
