@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use ivx_op::too_large;
+
 use super::read::Columns;
 
 /// Columns of equal length under their names.
@@ -36,9 +38,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
             return Err(format!("line {number} has {n} values for {columns} columns"));
         }
         for (column, value) in columns.iter_mut().zip(values) {
-            let value = value.parse();
-            let odd = |_| format!("line {number} has a value that is no number");
-            column.push(value.map_err(odd)?);
+            column.push(exact(value).map_err(|why| format!("line {number} {why}"))?);
         }
     }
     let n = columns.first().map_or(0, Vec::len);
@@ -49,6 +49,19 @@ pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
         }
     }
     Ok(read)
+}
+
+/// The number that a text is; a whole one that would be rounded is none.
+fn exact(text: &str) -> Result<f64, String> {
+    let value = text.parse().map_err(|_| "has a value that is no number".to_owned())?;
+    let is_exact = !is_whole(text) || text.parse().ok().and_then(ivx_op::exact).is_some();
+    if is_exact { Ok(value) } else { Err(too_large(text)) }
+}
+
+/// Whether a number is written as a whole one, without a point or a power of ten.
+pub(super) fn is_whole(number: &str) -> bool {
+    let digits = number.trim_start_matches(['-', '+']);
+    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 fn unquoted(text: &str) -> &str {
@@ -69,6 +82,14 @@ mod tests {
     }
 
     #[test]
+    fn every_number_comes_back() {
+        let numbers = super::super::npz::tests::random_numbers(20_000);
+        let read = read(&write(&[("x", &numbers)])).unwrap();
+        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+        assert!(numbers.iter().zip(&read["x"].1).all(same));
+    }
+
+    #[test]
     fn other_writers_are_understood() {
         let expected = Columns::from([("a b".to_owned(), (vec![2], vec![1.0, 2.5]))]);
         assert_eq!(read(b"\xef\xbb\xbf\"a b\"\r\n1\r\n 2.5 \r\n"), Ok(expected));
@@ -84,6 +105,11 @@ mod tests {
         check("x,y\n1\n", "line 2 has 1 values for 2 columns");
         check("x,y\n1,2\n1,two\n", "line 3 has a value that is no number");
         check("x,y\n1,2\n\n", "line 3 has 1 values");
+        check(
+            "x\n9007199254740992\n-9007199254740993\n",
+            "line 3 holds -9007199254740993, which is too large",
+        );
+        check("x\n100000000000000000000000\n", "too large to be exact");
         check("x,x\n1,2\n", "two columns are called `x`");
         assert!(read(b"x\n\xff\n").unwrap_err().contains("UTF-8"));
     }

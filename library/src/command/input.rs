@@ -22,10 +22,11 @@ declare! {
     /// Something computed as a file, written as the extension of its name says.
     ///
     /// - `.csv` and `.npz`: a `Dataset`, with the columns or arrays `x` and `y`.
-    /// - `.json`: a number, or an array as `dims` and `values`, last dimension fastest.
+    /// - `.json`: a number, or an array as `dims` and `values`, last dimension fastest. What is not finite is
+    ///   one of the texts `"NaN"`, `"inf"` and `"-inf"`.
     /// - `.safetensors`: a `Dataset`, a `Model` or anything else but a `File`.
     /// - Any: a `File`, as it is.
-    pub struct AsFile = "as_file" @ 1 {
+    pub struct AsFile = "as_file" @ 2 {
         /// What was computed, or a number.
         value: One<AnyArtifact>;
         /// Its name in the working folder.
@@ -57,7 +58,7 @@ impl Input for AsFile {
                     }
                 }
             }
-            (Array::KIND, "json") => json_of(&Array::decode(bytes).ok_or_else(|| read(&kind))?)?,
+            (Array::KIND, "json") => json_of(&Array::decode(bytes).ok_or_else(|| read(&kind))?),
             _ => {
                 let found = if kind == Array::KIND { "a number or an array" } else { &kind };
                 let how = match kind.as_str() {
@@ -74,12 +75,11 @@ impl Input for AsFile {
     }
 }
 
-fn json_of(array: &Array) -> Result<Vec<u8>, OpError> {
-    if let Some(odd) = array.values.iter().find(|x| !x.is_finite()) {
-        return Err(OpError::Failed(format!("{odd} is no number of JSON; use `.safetensors`")));
-    }
+pub(super) fn json_of(array: &Array) -> Vec<u8> {
+    // JSON has no numbers for what is not finite.
+    let number = |x: &f64| if x.is_finite() { json!(x) } else { json!(x.to_string()) };
     let value = if array.dims.is_empty() {
-        json!(array.values[0])
+        number(&array.values[0])
     } else {
         let dims = array.dims.iter().map(|dim| {
             let labels = match &dim.labels {
@@ -88,9 +88,9 @@ fn json_of(array: &Array) -> Result<Vec<u8>, OpError> {
             };
             json!({ "name": dim.name, "labels": labels })
         });
-        json!({ "dims": dims.collect::<Vec<Value>>(), "values": array.values })
+        json!({ "dims": dims.collect::<Vec<Value>>(), "values": array.values.iter().map(number).collect::<Vec<Value>>() })
     };
-    Ok(value.to_string().into_bytes())
+    value.to_string().into_bytes()
 }
 
 /// The inputs, by name.
@@ -132,6 +132,6 @@ mod tests {
         let why = written(&Model::Polynomial(vec![1.0]), "model.csv").unwrap_err();
         assert_eq!(why, "Model is not written as \"model.csv\"; end its name in `.safetensors`");
         assert!(written(&Array::scalar(1.0), "a").unwrap_err().contains("`.json`"));
-        assert!(written(&Array::scalar(f64::NAN), "a.json").unwrap_err().contains("NaN"));
+        assert_eq!(written(&Array::scalar(-f64::INFINITY), "a.json").unwrap(), b"\"-inf\"");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::Data;
+use ivx_op::{Data, exact, too_large};
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
 use super::folder::MAX_OUTPUT;
@@ -233,21 +233,48 @@ fn numbers<const N: usize>(data: &[u8], number: fn([u8; N]) -> f64) -> Option<Ve
 }
 
 fn whole(data: &[u8]) -> Result<Option<Vec<f64>>, String> {
-    const EXACT: u64 = 1 << 53;
     let (chunks, rest) = data.as_chunks();
     let number = |bytes: &[u8; 8]| {
         let n = i64::from_le_bytes(*bytes);
-        #[expect(clippy::cast_precision_loss, reason = "it is exact below 2^53")]
-        let exact = (n.unsigned_abs() <= EXACT).then_some(n as f64);
-        exact.ok_or_else(|| format!("holds {n}, which is too large to be exact"))
+        exact(n).ok_or_else(|| too_large(n))
     };
     let values = chunks.iter().map(number).collect::<Result<_, _>>()?;
     Ok(rest.is_empty().then_some(values))
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// Numbers of random bits, and those that are special.
+    pub(in crate::command) fn random_numbers(n: usize) -> Vec<f64> {
+        let special = [0.0, f64::MIN_POSITIVE, 5e-324, f64::MAX, f64::INFINITY, f64::EPSILON];
+        let mut bits = 1_u64;
+        let random = std::iter::repeat_with(move || {
+            bits = bits
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            // The low bits of such a generator are not random.
+            f64::from_bits(bits ^ (bits >> 33))
+        });
+        let subnormal = (1..200_u64).map(|i| f64::from_bits(i * 22_517_998_136_853));
+        let negative = special.iter().map(|x| -x);
+        special
+            .into_iter()
+            .chain(negative)
+            .chain([f64::NAN])
+            .chain(subnormal)
+            .chain(random)
+            .take(n)
+            .collect()
+    }
+
+    #[test]
+    fn every_number_comes_back() {
+        let numbers = random_numbers(20_000);
+        let arrays = read(&write(&[("x", &[numbers.len()], &numbers)])).unwrap();
+        assert!(numbers.iter().zip(&arrays["x"].1).all(|(a, b)| a.to_bits() == b.to_bits()));
+    }
 
     #[test]
     fn what_is_written_is_read_to_the_bit() {

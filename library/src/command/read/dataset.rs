@@ -15,7 +15,7 @@ declare! {
     /// the first line, or `.npz` or `.safetensors` with the arrays `x` and `y`, whose first dimension
     /// counts the observations. Inputs are numbers, vectors, sequences of `[steps, length]` or images of
     /// `[channels, rows, columns]`; targets are numbers, vectors or sequences.
-    pub struct ReadDataset = "read_dataset" @ 2 -> Dataset {
+    pub struct ReadDataset = "read_dataset" @ 3 -> Dataset {
         /// What `command` left behind.
         outputs: One<Outputs>;
         /// The file's name.

@@ -1,14 +1,19 @@
 //! A number of a JSON file.
 
-use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-use serde_json::Value;
+use std::collections::BTreeMap;
 
+use ivx_op::{Array, Ctx, One, Op, OpError, declare, exact, too_large};
+use serde_json::Value;
+use serde_json::value::RawValue;
+
+use super::super::csv::is_whole;
 use super::{output, wrong};
 use crate::artifact::Outputs;
 
 declare! {
-    /// A number of a JSON file that a program wrote.
-    pub struct ReadScalar = "read_scalar" @ 1 -> Array {
+    /// A number of a JSON file that a program wrote, to the bit; `"NaN"`, `"inf"` and `"-inf"` are what JSON has no
+    /// numbers for. A whole number beyond 2^53 is refused, since it would be rounded.
+    pub struct ReadScalar = "read_scalar" @ 2 -> Array {
         /// What `command` left behind.
         outputs: One<Outputs>;
         /// The file's name.
@@ -23,32 +28,56 @@ impl Op for ReadScalar {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let bytes = output(&self.outputs, &self.name)?;
         let about = |why: &str| wrong(&self.name, why);
-        let whole: Value = serde_json::from_slice(bytes)
+        let mut value: &RawValue = serde_json::from_slice(bytes)
             .map_err(|error| about(&format!("it is not JSON: {error}")))?;
-        let mut value = &whole;
         let mut seen = String::new();
         for part in self.field.split('.').filter(|_| !self.field.is_empty()) {
-            let inner = match value {
-                Value::Object(fields) => fields.get(part),
-                Value::Array(items) => part.parse().ok().and_then(|i: usize| items.get(i)),
-                _ => None,
-            };
             let place = if seen.is_empty() { "it".to_owned() } else { format!("`{seen}`") };
-            value = inner.ok_or_else(|| {
+            value = inner(value, part).ok_or_else(|| {
                 about(&format!("{place} is {} and has no `{part}`", described(value)))
             })?;
             seen = if seen.is_empty() { part.to_owned() } else { format!("{seen}.{part}") };
         }
-        let number = value.as_f64().filter(|x| x.is_finite());
-        number.map(Array::scalar).ok_or_else(|| {
+        number(value).map(Array::scalar).map_err(|why| {
             let place = if seen.is_empty() { "it".to_owned() } else { format!("`{seen}`") };
-            about(&format!("{place} is {} and no number", described(value)))
+            about(&format!("{place} {why}"))
         })
     }
 }
 
-fn described(value: &Value) -> String {
-    match value {
+/// What an object or a list has at a place.
+fn inner<'a>(value: &'a RawValue, part: &str) -> Option<&'a RawValue> {
+    let text = value.get();
+    if let Ok(mut fields) = serde_json::from_str::<BTreeMap<String, &RawValue>>(text) {
+        return fields.remove(part);
+    }
+    let items: Vec<&RawValue> = serde_json::from_str(text).ok()?;
+    part.parse().ok().and_then(|i: usize| items.get(i).copied())
+}
+
+/// The number, to the bit; what JSON has no numbers for is one of the texts `NaN`, `inf` and `-inf`. A whole number
+/// that would be rounded is none.
+fn number(value: &RawValue) -> Result<f64, String> {
+    let text = value.get();
+    match text {
+        "\"NaN\"" => return Ok(f64::NAN),
+        "\"inf\"" => return Ok(f64::INFINITY),
+        "\"-inf\"" => return Ok(f64::NEG_INFINITY),
+        _ => {}
+    }
+    let is_number = text.starts_with(|c: char| c == '-' || c.is_ascii_digit());
+    match text.parse::<f64>() {
+        Ok(_) if is_whole(text) && text.parse().ok().and_then(exact).is_none() => {
+            Err(too_large(text))
+        }
+        Ok(x) if is_number && x.is_finite() => Ok(x),
+        Ok(_) if is_number => Err(format!("holds {text}, which is too large for a number")),
+        _ => Err(format!("is {} and no number", described(value))),
+    }
+}
+
+fn described(value: &RawValue) -> String {
+    match serde_json::from_str(value.get()).unwrap_or_default() {
         Value::Null => "null".to_owned(),
         Value::Bool(_) => "true or false".to_owned(),
         Value::Number(_) => "a number".to_owned(),
@@ -81,6 +110,29 @@ mod tests {
     }
 
     #[test]
+    fn every_number_comes_back() {
+        use super::super::super::input::json_of;
+        use super::super::super::npz::tests::random_numbers;
+        for x in random_numbers(5_000) {
+            let text = String::from_utf8(json_of(&Array::scalar(x))).unwrap();
+            let back = read(&text, "").unwrap();
+            assert!(back.to_bits() == x.to_bits() || back.is_nan() && x.is_nan(), "{x:e}: {text}");
+        }
+        // As Python reads them.
+        assert_eq!(read("0.9452706955539223", ""), Ok(0.945_270_695_553_922_3));
+        assert_eq!(read("2.2250738585072011e-308", ""), Ok(2.225_073_858_507_201e-308));
+        assert_eq!(read("9007199254740992", ""), Ok(9_007_199_254_740_992.0));
+        assert_eq!(read("9007199254740993.0", ""), Ok(9_007_199_254_740_992.0));
+        for whole in ["9007199254740993", "-9007199254740993", "100000000000000000000000"] {
+            let why = read(whole, "").unwrap_err();
+            assert!(
+                why.contains(&format!("it holds {whole}, which is too large to be exact")),
+                "{why}"
+            );
+        }
+    }
+
+    #[test]
     fn what_is_there_instead_is_told() {
         let check = |text: &str, field: &str, expected: &str| {
             let why = read(text, field).unwrap_err();
@@ -92,6 +144,6 @@ mod tests {
         check("true", "", "it is true or false and no number");
         assert!(read("NaN", "").unwrap_err().contains("it is not JSON"));
         assert!(read("1 2", "").unwrap_err().contains("it is not JSON"));
-        assert!(read("1e999", "").is_err());
+        check("1e999", "", "it holds 1e999, which is too large for a number");
     }
 }
