@@ -1,6 +1,7 @@
 //! What replications say about a mean.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use crate::math::interval::student_t;
+use crate::math::moments::mean;
 
 /// A mean and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,44 +14,18 @@ pub(super) struct Estimate {
 
 /// The mean of the samples with its 95 % interval by Student's t.
 ///
-/// ```text
-/// m ± t_{0.975, n-1} · s / √n,    s² = Σ (x_i − m)² / (n − 1)
-/// ```
-///
 /// # Panics
 /// If there are no samples.
-#[expect(clippy::cast_precision_loss, reason = "samples number far below 2^53")]
 pub(super) fn interval(samples: &[f64]) -> Estimate {
     assert!(!samples.is_empty(), "a mean needs a sample");
-    let n = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / n;
-    if samples.len() == 1 {
-        return Estimate { mean, interval: None };
-    }
-    let variance = samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    let half = student_quantile(n - 1.0) * (variance / n).sqrt();
-    let interval = half.is_finite().then_some((mean - half, mean + half));
-    Estimate { mean, interval }
-}
-
-/// `t_{0.975}` with these degrees of freedom.
-fn student_quantile(freedom: f64) -> f64 {
-    let student = StudentsT::new(0.0, 1.0, freedom).expect("there is a degree of freedom");
-    student.inverse_cdf(0.975)
+    let ends = (samples.len() > 1).then(|| student_t(samples, 0.95));
+    let interval = ends.filter(|(low, high)| low.is_finite() && high.is_finite());
+    Estimate { mean: mean(samples), interval }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_are_those_of_the_tables() {
-        let table = [(1.0, 12.706), (2.0, 4.303), (4.0, 2.776), (19.0, 2.093), (999.0, 1.962)];
-        for (freedom, expected) in table {
-            let found = student_quantile(freedom);
-            assert!((found - expected).abs() < 5e-4, "{freedom}: {found}");
-        }
-    }
 
     #[test]
     fn the_interval_is_students() {

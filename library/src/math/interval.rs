@@ -10,7 +10,8 @@ use super::order::{quantile_of_sorted, sorted};
 /// How often the bootstrap draws a sample anew.
 const N_RESAMPLES: usize = 10_000;
 
-/// Student's t interval for the mean: `x̄ ± t_{n−1, (1+c)/2} s/√n`.
+/// Student's t interval for the mean: `x̄ ± t_{n−1, (1+c)/2} s/√n`. Of equal numbers, infinities among them, it has
+/// no width.
 ///
 /// # Panics
 /// If there are fewer than two values or `confidence` is not between 0 and 1.
@@ -18,6 +19,9 @@ const N_RESAMPLES: usize = 10_000;
 pub fn student_t(xs: &[f64], confidence: f64) -> (f64, f64) {
     assert!(xs.len() > 1, "an interval needs two values");
     assert!(0.0 < confidence && confidence < 1.0, "a confidence between 0 and 1");
+    if xs.iter().all(|x| *x == xs[0]) {
+        return (xs[0], xs[0]);
+    }
     let t = StudentsT::new(0.0, 1.0, real(xs.len() - 1)).expect("positive degrees of freedom");
     let half = t.inverse_cdf(0.5 + confidence / 2.0) * stderr(xs);
     (mean(xs) - half, mean(xs) + half)
@@ -51,7 +55,7 @@ pub fn bootstrap_difference(
 
 fn resampled_mean(xs: &[f64], rng: &mut ChaCha8Rng) -> f64 {
     assert!(!xs.is_empty(), "an interval needs a value");
-    xs.iter().map(|_| xs[rng.random_range(0..xs.len())]).sum::<f64>() / real(xs.len())
+    mean(&xs.iter().map(|_| xs[rng.random_range(0..xs.len())]).collect::<Vec<_>>())
 }
 
 /// The interval between percentiles that leaves out as many estimates below as above.
@@ -78,7 +82,7 @@ pub fn wilson(k: usize, n: usize, confidence: f64) -> (f64, f64) {
     let (p, n, z2) = (real(k) / real(n), real(n), z * z);
     let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
     let half = z / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
-    (centre - half, centre + half)
+    ((centre - half).max(0.0), (centre + half).min(1.0))
 }
 
 #[cfg(test)]

@@ -38,8 +38,8 @@ pub fn rescaled(xs: &[f64]) -> Vec<f64> {
     xs.iter().map(place).collect()
 }
 
-/// The quantile at `q`, between neighbours by linear interpolation (type 7 of Hyndman and Fan);
-/// NaN if any number is.
+/// The quantile at `q`, between neighbours by linear interpolation (type 7 of Hyndman and Fan); infinite between
+/// a number and an infinity; NaN if any number is.
 ///
 /// # Panics
 /// If `xs` is empty or `q` is outside `[0, 1]`.
@@ -64,9 +64,23 @@ pub fn quantile(xs: &[f64], q: f64) -> f64 {
 pub fn quantile_of_sorted(xs: &[f64], q: f64) -> f64 {
     assert!(!xs.is_empty() && (0.0..=1.0).contains(&q), "a quantile of something, in [0, 1]");
     let place = real(xs.len() - 1) * q;
-    let below = place.floor() as usize;
-    let above = place.ceil() as usize;
-    xs[below] + (place - place.floor()) * (xs[above] - xs[below])
+    let (low, high) = (xs[place.floor() as usize], xs[place.ceil() as usize]);
+    between(low, high, place - place.floor())
+}
+
+/// The number this share of the way from `low` to `high`, which is not below.
+///
+/// Between a number and an infinity lies the infinity, and between the two what is not a number.
+fn between(low: f64, high: f64, share: f64) -> f64 {
+    let apart = high - low;
+    match share {
+        _ if low == high || share == 0.0 => low,
+        0.5 => f64::midpoint(low, high),
+        _ if !apart.is_finite() => (1.0 - share) * low + share * high,
+        // From the nearer end, as NumPy does it: so that a sample and its negative agree.
+        _ if share < 0.5 => (low + apart * share).min(high),
+        _ => (high - apart * (1.0 - share)).max(low),
+    }
 }
 
 /// The median; NaN if any number is.
@@ -113,6 +127,40 @@ mod tests {
             let found = [min(&xs), max(&xs), median(&xs), iqm(&xs)];
             assert!(found.iter().all(|x| x.is_nan()), "{found:?}");
         }
+    }
+
+    #[test]
+    #[expect(clippy::unreadable_literal, reason = "as Python prints them")]
+    fn golden_numbers_beside_numpy() {
+        use super::super::moments::sum;
+        const INF: f64 = f64::INFINITY;
+        const NAN: f64 = f64::NAN;
+        // The exact sum, np.median, np.min and np.max.
+        let cases: &[(&[f64], [f64; 4])] = &[
+            (&[1.0, INF, INF], [INF, INF, 1.0, INF]),
+            (&[1.0, 2.0, INF], [INF, 2.0, 1.0, INF]),
+            (&[-INF, 1.0, 2.0], [-INF, 1.0, -INF, 2.0]),
+            (&[-INF, INF], [NAN, NAN, -INF, INF]),
+            (&[-INF, -INF, 3.0, 4.0], [-INF, -INF, -INF, 4.0]),
+            (&[INF, INF], [INF, INF, INF, INF]),
+            (&[NAN, 1.0], [NAN, NAN, NAN, NAN]),
+            (&[0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1], [0.7000000000000001, 0.1, 0.1, 0.1]),
+            (&[1e+308, 1e+308, -1e+308], [1e+308, 1e+308, -1e+308, 1e+308]),
+            (&[1.0, 2.0, 4.0, 8.0], [15.0, 3.0, 1.0, 8.0]),
+            (&[5e-324, 0.0, 5e-324], [1e-323, 5e-324, 0.0, 5e-324]),
+        ];
+        for (xs, expected) in cases {
+            let found = [sum(xs), median(xs), min(xs), max(xs)];
+            let same = |(a, b): (&f64, &f64)| a == b || a.is_nan() && b.is_nan();
+            assert!(found.iter().zip(expected).all(same), "{xs:?}: {found:?}");
+        }
+        // Type 7 of R, where NumPy says NaN.
+        assert_eq!(quantile(&[1.0, 0.5, INF], 1.0), INF);
+        assert_eq!(quantile(&[-1.0, -0.5, -INF], 0.0), -INF);
+        assert_eq!(quantile(&[-1.0, -0.5, -INF], 0.25), -INF);
+        assert_eq!(quantile(&[-1.0, -0.5, -INF], 0.75), -0.75);
+        assert_eq!(iqm(&[-INF, 1.0, 2.0, INF]), 1.5);
+        assert_eq!(quantile(&[-1.5e308, 1.5e308], 0.75), 0.75e308);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Probabilities of actions by their values.
 
-use crate::math::moments::{mean, real, sum, uniform};
+use crate::math::moments::{real, uniform};
 
 /// The first action of the highest value.
 ///
@@ -35,7 +35,7 @@ pub fn boltzmann(values: &[f64], temperature: f64) -> Vec<f64> {
 /// What each number is of the sum of all, such as weights of a distribution; equal parts if all are 0.
 #[must_use]
 pub fn shares(xs: &[f64]) -> Vec<f64> {
-    let sum = sum(xs);
+    let sum: f64 = xs.iter().sum();
     if sum == 0.0 { uniform(xs.len()) } else { xs.iter().map(|x| x / sum).collect() }
 }
 
@@ -92,7 +92,7 @@ pub fn pick(probabilities: &[f64], share: f64) -> usize {
 /// Advantages with mean 0 and sample standard deviation 1 (but for `1e-8`).
 #[must_use]
 pub fn normalised(advantages: &[f64]) -> Vec<f64> {
-    let mean = mean(advantages);
+    let mean = advantages.iter().sum::<f64>() / real(advantages.len());
     let squares: f64 = advantages.iter().map(|a| (a - mean).powi(2)).sum();
     let std = (squares / (real(advantages.len()) - 1.0)).sqrt();
     advantages.iter().map(|a| (a - mean) / (std + 1e-8)).collect()

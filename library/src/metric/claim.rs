@@ -19,9 +19,9 @@ declare! {
     /// 5 seeds the claim is undecided. `==` and `!=` ask whether all differences are exactly 0;
     /// `==` within a tolerance `t`, whether the interval lies in `[−t, t]`, and it fails when
     /// they are apart. Without `seed` the numbers compare plainly, and within a tolerance if the
-    /// difference is at most `t`. Sides that rest on fewer than 5 seeds decide nothing either, and
+    /// difference is at most `t`. Equal infinities do not differ. Sides that rest on fewer than 5 seeds decide nothing either, and
     /// neither does what is not a number. Where differences are infinite there may be no interval.
-    pub struct Claim = "claim" @ 4 -> Verdict {
+    pub struct Claim = "claim" @ 5 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -42,7 +42,7 @@ impl Op for Claim {
         let relation = Relation::named(&self.relation)?;
         let left = Array::stack(&self.left.0).map_err(OpError::Failed)?;
         let right = Array::stack(&self.right.0).map_err(OpError::Failed)?;
-        let differences = broadcast(&left, &right, |l, r| l - r)?;
+        let differences = broadcast(&left, &right, difference)?;
 
         let paired = differences.dim("seed").is_some();
         let over = if paired { vec!["seed".to_owned()] } else { vec![] };
@@ -65,6 +65,11 @@ impl Op for Claim {
         });
         Ok(Verdict { findings: findings.collect() })
     }
+}
+
+/// How far the left side is above the right: equal infinities do not differ.
+fn difference(left: f64, right: f64) -> f64 {
+    if left == right { 0.0 } else { left - right }
 }
 
 impl Claim {
@@ -207,6 +212,21 @@ mod tests {
         assert_eq!(all(2.0, 2.0), [Fails, Holds, Fails, Holds, Holds, Fails]);
         assert_eq!(all(3.0, 2.0), [Fails, Fails, Holds, Holds, Fails, Holds]);
         assert_eq!(all(f64::NAN, 2.0), [Undecided; 6]);
+        let infinite = [f64::INFINITY, f64::NEG_INFINITY];
+        for x in infinite {
+            assert_eq!(all(x, x), [Fails, Holds, Fails, Holds, Holds, Fails]);
+            assert_eq!(within(0.5, scalar(x), scalar(x)).outcome, Holds);
+            assert_eq!(within(0.5, scalar(x), scalar(-x)).outcome, Fails);
+            for n in [5, BOOTSTRAP_SEEDS] {
+                let alike = ["<", "<=", "==", "!="]
+                    .map(|sign| outcome(seeds(&vec![x; n]), sign, seeds(&vec![x; n])));
+                assert_eq!(alike, [Fails, Holds, Holds, Fails]);
+                assert_eq!(
+                    outcome(seeds(&vec![-x; n]), "<", seeds(&vec![x; n])),
+                    if x > 0.0 { Holds } else { Fails }
+                );
+            }
+        }
         let finding = &claim(scalar(1.0), "<", scalar(3.0)).findings[0];
         assert_eq!((finding.estimate, finding.interval, finding.n), (-2.0, None, 0));
     }
@@ -288,6 +308,25 @@ mod tests {
             [Holds, Holds, Fails]
         );
         assert_eq!(plainly(0.5, f64::NAN), Undecided);
+    }
+
+    #[test]
+    fn a_tolerance_does_not_depend_on_the_number_of_seeds() {
+        for x in [0.1, 0.7, 1.0 / 3.0, 1e-300, 123.456, 1e300] {
+            for n in 5..60 {
+                let finding = within(x, seeds(&vec![x; n]), scalar(0.0));
+                assert_eq!((finding.outcome, finding.estimate), (Outcome::Holds, x), "{n} of {x}");
+                assert_eq!(finding.interval, Some((x, x)));
+                let less = outcome(seeds(&vec![x; n]), "<=", scalar(x));
+                assert_eq!(less, Outcome::Holds, "{n} of {x}");
+                // All but one: the interval ends at the tolerance and not beyond.
+                let mut most = vec![x; n];
+                most[0] = 0.99 * x;
+                if n >= BOOTSTRAP_SEEDS {
+                    assert_eq!(within(x, seeds(&most), scalar(0.0)).outcome, Outcome::Holds);
+                }
+            }
+        }
     }
 
     #[test]

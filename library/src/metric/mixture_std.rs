@@ -8,7 +8,7 @@ use crate::math::moments::variance;
 declare! {
     /// The standard deviation of the even mixture of one normal a member (Eqn. 2.22):
     /// √(population variance of the means + noise²).
-    pub struct MixtureStd = "mixture_std" @ 1 -> Array [like scores] {
+    pub struct MixtureStd = "mixture_std" @ 2 -> Array [like scores] {
         /// The means, one value a member.
         scores: Members<Array>;
         /// The standard deviation of each normal.

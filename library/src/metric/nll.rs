@@ -10,7 +10,7 @@ use crate::math::order::max;
 
 declare! {
     /// The negative log-likelihood of classes, averaged over targets (Eqn. 2.15): what `cross_entropy` lowers.
-    pub struct Nll = "nll" @ 1 -> Array {
+    pub struct Nll = "nll" @ 2 -> Array {
         /// The model.
         model: One<Model>;
         /// The data.

@@ -6,8 +6,8 @@ use super::reduce::reduce;
 use crate::math::order;
 
 declare! {
-    /// A quantile, linear between neighbours (type 7).
-    pub struct Quantile = "quantile" @ 1 -> Array [reduce x] {
+    /// A quantile, linear between neighbours (type 7); infinite between a number and an infinity.
+    pub struct Quantile = "quantile" @ 2 -> Array [reduce x] {
         /// What to reduce.
         x: Named<Array>;
         /// Which share lies below.

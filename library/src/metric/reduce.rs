@@ -5,10 +5,10 @@ use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 use crate::math::{moments, order};
 
 macro_rules! reductions {
-    ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal by $function:path;)+) => {$(
+    ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal @ $version:literal by $function:path;)+) => {$(
         declare! {
             $(#[doc = $doc])+
-            pub struct $ty = $name @ 1 -> Array [reduce x] {
+            pub struct $ty = $name @ $version -> Array [reduce x] {
                 /// What to reduce.
                 x: Named<Array>;
                 /// The axes and dimensions that vanish.
@@ -28,24 +28,24 @@ macro_rules! reductions {
 }
 
 reductions! {
-    /// The arithmetic mean.
-    Mean = "mean" by moments::mean;
-    /// The sum of the numbers.
-    Sum = "sum" by moments::sum;
+    /// The arithmetic mean: the exact sum over the number of values, and never outside them.
+    Mean = "mean" @ 2 by moments::mean;
+    /// The sum of the numbers, exact and rounded once.
+    Sum = "sum" @ 2 by moments::sum;
     /// The share of coordinates at which a condition is true: `share(a < b, over: seed)`.
-    Share = "share" by moments::mean;
-    /// The median.
-    Median = "median" by order::median;
+    Share = "share" @ 2 by moments::mean;
+    /// The median: infinite between a number and an infinity.
+    Median = "median" @ 2 by order::median;
     /// The interquartile mean: the mean without the lowest and the highest quarter, rounded down.
-    Iqm = "iqm" by order::iqm;
-    /// The population standard deviation.
-    Std = "std" by moments::std;
+    Iqm = "iqm" @ 2 by order::iqm;
+    /// The population standard deviation: 0 of equal numbers, NaN of what is not finite.
+    Std = "std" @ 2 by moments::std;
     /// The standard error of the mean, from the sample standard deviation; NaN of one value.
-    Stderr = "stderr" by moments::stderr;
+    Stderr = "stderr" @ 2 by moments::stderr;
     /// The smallest number.
-    Min = "min" by order::min;
+    Min = "min" @ 1 by order::min;
     /// The largest number.
-    Max = "max" by order::max;
+    Max = "max" @ 1 by order::max;
 }
 
 /// The array without the dimensions in `over`; `join` is given what lay along them, in the order

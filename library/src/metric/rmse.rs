@@ -9,7 +9,7 @@ use crate::nn::Misfit;
 
 declare! {
     /// The root mean squared error of a model on data, over all numbers of the targets.
-    pub struct Rmse = "rmse" @ 2 -> Array {
+    pub struct Rmse = "rmse" @ 3 -> Array {
         /// The model.
         model: One<Model>;
         /// The data.
