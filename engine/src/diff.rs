@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ivx_op::{Finding, Outcome};
+use ivx_op::{Finding, Outcome, shown_together};
 
-use crate::moved::{Interval, Move, digits, moved};
+use crate::moved::{Interval, Move, moved};
 use crate::results::{Claim, Results, Setting};
 
 /// One difference.
@@ -257,15 +257,26 @@ impl fmt::Display for Flip {
         if !at.is_empty() {
             write!(f, "at {}: ", at.join(", "))?;
         }
-        write!(f, "{} -> {}", found(&self.before), found(&self.after))
+        let (before, after) = (numbers(&self.before), numbers(&self.after));
+        let texts = shown_together(&[&before[..], &after].concat());
+        let (old, new) = texts.split_at(before.len());
+        write!(f, "{} -> {}", found(&self.before, old), found(&self.after, new))
     }
 }
 
-fn found(Finding { outcome, estimate, interval, n, .. }: &Finding) -> String {
-    let interval = interval
-        .map_or_else(String::new, |(low, high)| format!(" in [{}, {}]", digits(low), digits(high)));
+/// What stands in a finding: the difference, and its interval where there is one.
+fn numbers(finding: &Finding) -> Vec<f64> {
+    let ends = finding.interval.map(|(low, high)| [low, high]);
+    [finding.estimate].into_iter().chain(ends.into_iter().flatten()).collect()
+}
+
+fn found(Finding { outcome, n, .. }: &Finding, numbers: &[String]) -> String {
+    let interval = match numbers {
+        [_, low, high] => format!(" in [{low}, {high}]"),
+        _ => String::new(),
+    };
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
-    format!("{outcome}, difference {}{interval}{seeds}", digits(*estimate))
+    format!("{outcome}, difference {}{interval}{seeds}", numbers[0])
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ivx_op::Dim;
+use ivx_op::{Dim, shown, shown_together};
 
 use crate::results::Measure;
 
@@ -162,9 +162,14 @@ fn beyond(
     (of > 0).then_some(Beyond { n, of, worst })
 }
 
+/// The mean, which is never outside its samples.
 #[expect(clippy::cast_precision_loss, reason = "seeds number far below 2^53")]
 fn mean(samples: &[f64]) -> f64 {
-    samples.iter().sum::<f64>() / samples.len() as f64
+    let ends = samples
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    if mean.is_nan() { mean } else { mean.max(ends.0).min(ends.1) }
 }
 
 /// `3 of 8 moved, at most 0.5 -> 0.625 (+25 %) at seed=1, ke=MA`
@@ -173,14 +178,14 @@ impl fmt::Display for Move {
         let mut parts = Vec::new();
         if let Some(Largest { at, before, after }) = &self.largest {
             let percent = (after - before) / before.abs() * 100.0;
-            let size = digits(percent.abs());
+            let size = shown(percent.abs());
             let sign = if percent < 0.0 { '-' } else { '+' };
             let share =
                 if percent.is_finite() { format!(" ({sign}{size} %)") } else { String::new() };
             let at = if at.is_empty() { String::new() } else { format!(" at {at}") };
-            let (before, after) = (digits(*before), digits(*after));
+            let numbers = shown_together(&[*before, *after]).join(" -> ");
             let (moved, of) = (self.moved, self.of);
-            parts.push(format!("{moved} of {of} moved, at most {before} -> {after}{share}{at}"));
+            parts.push(format!("{moved} of {of} moved, at most {numbers}{share}{at}"));
         }
         for (n, how) in [(self.added, "new"), (self.gone, "gone")] {
             if n > 0 {
@@ -205,7 +210,8 @@ impl Move {
             None => format!("{of} means over seed are within their {earlier}s"),
             Some(Outside { at, interval: (low, high), mean }) => {
                 let at = if at.is_empty() { String::new() } else { format!(" at {at}") };
-                let (low, high, mean) = (digits(*low), digits(*high), digits(*mean));
+                let numbers = shown_together(&[*mean, *low, *high]);
+                let [mean, low, high] = &numbers[..] else { unreachable!("there are three") };
                 let whose = if is_one {
                     format!("the mean over seed is beyond its {earlier}")
                 } else {
@@ -216,13 +222,6 @@ impl Move {
         };
         vec![told]
     }
-}
-
-/// A number in four digits.
-pub(crate) fn digits(x: f64) -> String {
-    let rounded = format!("{x:.3e}").parse::<f64>().unwrap_or(x);
-    let is_plain = rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) || !x.is_finite();
-    if is_plain { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
 /// `seed=1, ke=MA`
@@ -269,6 +268,19 @@ mod tests {
         let told = "1 of 2 means over seed are beyond their earlier 95 % intervals: \
                     8 outside [3.4, 3.6] at ke=b";
         assert_eq!(found.details(), [told]);
+    }
+
+    #[test]
+    fn what_moved_a_little_looks_moved() {
+        let found = |before, after| {
+            let one = |x| Measure { dims: vec![], values: vec![x] };
+            moved(&one(before), &one(after), 0.0, tenth).unwrap().to_string()
+        };
+        assert_eq!(
+            found(1.0, 1.0 + f64::EPSILON),
+            "1 of 1 moved, at most 1 -> 1.0000000000000002 (+2.22e-14 %)"
+        );
+        assert_eq!(found(1e200, 2e200), "1 of 1 moved, at most 1e200 -> 2e200 (+100 %)");
     }
 
     #[test]

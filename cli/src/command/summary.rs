@@ -7,7 +7,7 @@ use std::time::Duration;
 use ivx_cache::Digest;
 use ivx_engine::{Claim, Fate, Outcome, Plan, Results};
 use ivx_grammar::ir::Spec;
-use ivx_op::{Finding, Outcome as Verdict};
+use ivx_op::{Finding, Outcome as Verdict, shown_together};
 
 use crate::progress::spell;
 use crate::render::visible;
@@ -103,17 +103,17 @@ fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
 
 fn difference(finding: &Finding) -> String {
     let Finding { estimate, interval, n, .. } = finding;
-    match interval {
-        Some((low, high)) => {
-            format!("  difference {estimate:.4} in [{low:.4}, {high:.4}], n = {n}")
-        }
-        None if finding.lacks_seeds() => format!(
-            "  difference {estimate:.4}, n = {n}: fewer than {} seeds decide nothing",
+    let ends = interval.map(|(low, high)| [low, high]);
+    let numbers: Vec<f64> = [*estimate].into_iter().chain(ends.into_iter().flatten()).collect();
+    match &shown_together(&numbers)[..] {
+        [estimate, low, high] => format!("  difference {estimate} in [{low}, {high}], n = {n}"),
+        [estimate, ..] if finding.lacks_seeds() => format!(
+            "  difference {estimate}, n = {n}: fewer than {} seeds decide nothing",
             Finding::MIN_SEEDS
         ),
-        None if *n > 0 => format!("  difference {estimate:.4}, n = {n}"),
-        None if finding.outcome == Verdict::Holds => String::new(),
-        None => format!("  difference {estimate:.4}"),
+        [estimate, ..] if *n > 0 => format!("  difference {estimate}, n = {n}"),
+        _ if finding.outcome == Verdict::Holds => String::new(),
+        estimate => format!("  difference {}", estimate.concat()),
     }
 }
 
@@ -169,7 +169,7 @@ mod tests {
         };
         let mut out = Vec::new();
         claim("less", &found, &mut out).expect("vectors take everything");
-        let expected = "  fails     less  at 1 of 2 coordinates\n            fails at ke = BCM  difference 0.2500 in [-1.0000, 1.0000], n = 8\n";
+        let expected = "  fails     less  at 1 of 2 coordinates\n            fails at ke = BCM  difference 0.25 in [-1, 1], n = 8\n";
         assert_eq!(String::from_utf8_lossy(&out), expected);
     }
 }

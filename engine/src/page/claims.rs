@@ -3,7 +3,7 @@
 use ivx_grammar::ir::Spec;
 use ivx_op::{Finding, Outcome as Verdict};
 
-use super::text::{code, escape, number, prose};
+use super::text::{code, escape, numbers, prose};
 use super::{Kind, badge, kind, kind_of};
 use crate::results::{Claim, Report};
 
@@ -96,14 +96,15 @@ fn finding(finding: &Finding, scale: (f64, f64)) -> String {
     }
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
     let lacking = if finding.lacks_seeds() { ": too few seeds" } else { "" };
-    let between = interval
-        .map_or_else(String::new, |(low, high)| format!(" in [{}, {}]", number(low), number(high)));
+    let ends = interval.map(|(low, high)| [low, high]);
+    let measured: Vec<f64> = [*estimate].into_iter().chain(ends.into_iter().flatten()).collect();
+    let measured = match &numbers(&measured)[..] {
+        [estimate, low, high] => format!("{estimate} in [{low}, {high}]"),
+        estimate => estimate.concat(),
+    };
     let picture =
         interval.map_or_else(String::new, |ends| picture(*estimate, ends, scale, *outcome));
-    format!(
-        "{picture}<span class=\"numbers\">{}{between}{seeds}{lacking}</span>",
-        number(*estimate)
-    )
+    format!("{picture}<span class=\"numbers\">{measured}{seeds}{lacking}</span>")
 }
 
 /// The interval as a line, the estimate as a dot, and no difference as a line through all.
@@ -150,8 +151,7 @@ mod tests {
     #[test]
     fn a_claim_shows_what_was_measured() {
         let found = row("less <than>", "", &claim(1));
-        for text in
-            ["fails", "less &lt;than&gt;", "a &lt; b", "0.5000 in [0.2500, 0.7500], n = 8", "<svg"]
+        for text in ["fails", "less &lt;than&gt;", "a &lt; b", "0.5 in [0.25, 0.75], n = 8", "<svg"]
         {
             assert!(found.contains(text), "{text} in {found}");
         }

@@ -5,7 +5,7 @@ use ivx_grammar::ir::{Experiment, Output, Param, Spec};
 use super::groups::groups;
 use super::network::network;
 use super::svg::is_plain;
-use super::text::{code, escape, number, prose};
+use super::text::{code, escape, numbers, prose};
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::results::{ExperimentResults, FIGURES, Measure, Report, TABLES, path};
@@ -102,12 +102,12 @@ fn measures(experiment: &Experiment, found: &ExperimentResults) -> Option<String
 /// What a measure amounts to.
 fn amount(measure: &Measure) -> String {
     if let [one] = measure.values[..] {
-        return number(one);
+        return numbers(&[one]).concat();
     }
     let known = measure.values.iter().copied().filter(|x| !x.is_nan());
     let ends = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
     let ends = ends.map_or_else(String::new, |(low, high)| {
-        format!(" from {} to {}", number(low), number(high))
+        format!(" from {}", numbers(&[low, high]).join(" to "))
     });
     let over: Vec<String> = measure.dims.iter().map(|dim| code(&dim.name)).collect();
     format!("{} numbers{ends} over {}", measure.values.len(), over.join(", "))

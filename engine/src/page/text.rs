@@ -1,5 +1,6 @@
 //! Text inside HTML.
 
+use ivx_op::shown_together;
 use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd, html};
 
 /// The text with what HTML reserves written out. Controls, those of writing direction among them, show as
@@ -66,20 +67,11 @@ pub(super) fn seconds(s: f64) -> String {
     }
 }
 
-/// A number with four digits that count.
-pub(super) fn number(x: f64) -> String {
-    let size = x.abs();
-    let text = match size {
-        _ if x == 0.0 => "0".to_owned(),
-        _ if !x.is_finite() => "n/a".to_owned(),
-        _ if !(1e-4..1e7).contains(&size) => format!("{x:.3e}"),
-        _ if size >= 1000.0 => format!("{x:.0}"),
-        _ if size >= 100.0 => format!("{x:.1}"),
-        _ if size >= 10.0 => format!("{x:.2}"),
-        _ if size >= 1.0 => format!("{x:.3}"),
-        _ => format!("{x:.4}"),
-    };
-    text.replace('-', "−")
+/// Numbers that stand beside each other.
+pub(super) fn numbers(xs: &[f64]) -> Vec<String> {
+    let texts = shown_together(xs).into_iter().zip(xs);
+    let missing = || "n/a".to_owned();
+    texts.map(|(text, x)| if x.is_nan() { missing() } else { text.replace('-', "−") }).collect()
 }
 
 #[cfg(test)]
@@ -109,8 +101,8 @@ mod tests {
     #[test]
     fn numbers_and_times_are_short() {
         assert_eq!(
-            [0.0, -0.25, 1.5, 123.456, 1e9].map(number),
-            ["0", "−0.2500", "1.500", "123.5", "1.000e9"]
+            [0.0, -0.25, 1.0 / 3.0, 1e-9, f64::NAN].map(|x| numbers(&[x]).remove(0)),
+            ["0", "−0.25", "0.3333", "1e−9", "n/a"]
         );
         assert_eq!(
             [0.0, 0.25, 12.34, 600.0].map(seconds),

@@ -1,6 +1,9 @@
 //! Colours over a grid.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Wrong, declare};
+use ivx_op::{
+    Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Wrong, declare, shown_roughly,
+    shown_to,
+};
 
 use super::arrange::{Arranged, arrange, labels, left_over, names};
 use super::drawing::{Axis, Colours, Drawing, Mark, Series};
@@ -13,7 +16,7 @@ declare! {
     ///
     /// Without `y`, the labels of `x` are laid out as the places of a grid, row after row from the top. A
     /// cell whose value is not finite is crossed out.
-    pub struct Heatmap = "heatmap" @ 2 -> Figure {
+    pub struct Heatmap = "heatmap" @ 3 -> Figure {
         /// What the colours say.
         z: Everything<Array>;
         /// The axis along the bottom; alone, the places of a grid.
@@ -47,20 +50,24 @@ impl Op for Heatmap {
         let all_means: Vec<f64> = all.cells.iter().map(|cell| cell.mean).collect();
         let shared = ends(&all_means);
 
+        let texts = texts(&all_means);
         let n_cells = all_means.len() / panel_names.len();
-        let series =
-            panel_names.into_iter().zip(all_means.chunks(n_cells)).map(|(panel, means)| {
-                let ends = if per_panel { ends(means) } else { shared };
-                Series {
-                    panel,
-                    marks: self.cells(&all, ys.is_empty(), across, means, ends),
-                    ..Series::default()
-                }
-            });
+        let per_panel_cells = all_means.chunks(n_cells).zip(texts.chunks(n_cells));
+        let series = panel_names.into_iter().zip(per_panel_cells).map(|(panel, cells)| {
+            let ends = if per_panel { ends(cells.0) } else { shared };
+            Series {
+                panel,
+                marks: self.cells(&all, ys.is_empty(), across, cells, ends),
+                ..Series::default()
+            }
+        });
         let (x, y) = axes(&all, ys, across, n_cells);
         let label = if self.z_label.is_empty() { &all.name } else { &self.z_label };
         let ends = match (per_panel, shared) {
-            (false, Some((low, high))) => (short(low), short(high)),
+            (false, Some((low, high))) => {
+                let text = |end: f64| all_means.iter().position(|x| *x == end).map(|i| &texts[i]);
+                (text(low).cloned().unwrap_or_default(), text(high).cloned().unwrap_or_default())
+            }
             _ => ("lowest".to_owned(), "highest".to_owned()),
         };
         Ok(render(&Drawing {
@@ -93,7 +100,7 @@ impl Heatmap {
         all: &Arranged,
         is_grid: bool,
         across: usize,
-        means: &[f64],
+        (means, texts): (&[f64], &[String]),
         ends: Option<(f64, f64)>,
     ) -> Vec<Mark> {
         let coordinates = labels(&[&all.outer[self.facet.0.len()..], &all.inner].concat());
@@ -106,7 +113,7 @@ impl Heatmap {
                 y: row as f64,
                 share: share(mean, ends),
                 name: coordinates[i].clone(),
-                value: short(mean),
+                value: texts[i].clone(),
             }
         };
         means.iter().enumerate().map(cell).collect()
@@ -159,19 +166,19 @@ fn share(x: f64, ends: Option<(f64, f64)>) -> f64 {
     }
 }
 
-/// The number with three digits that count, and no more where it is whole.
-fn short(x: f64) -> String {
-    let size = x.abs();
-    let text = match size {
-        _ if x.fract() == 0.0 && size < 1e5 => format!("{:.0}", x + 0.0),
-        _ if !x.is_finite() => "n/a".to_owned(),
-        _ if !(1e-3..1e5).contains(&size) => format!("{x:.1e}"),
-        _ if size >= 100.0 => format!("{x:.0}"),
-        _ if size >= 10.0 => format!("{x:.1}"),
-        _ if size >= 1.0 => format!("{x:.2}"),
-        _ => format!("{x:.3}"),
-    };
-    text.replace('-', "−")
+/// So many different numbers are told apart by their digits; more would not have the room, and colours tell them.
+const MOST_APART: usize = 32;
+
+/// What the cells say.
+fn texts(values: &[f64]) -> Vec<String> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    finite.sort_by(f64::total_cmp);
+    finite.dedup();
+    let are_few = finite.len() <= MOST_APART;
+    let texts = if are_few { shown_to(3, values) } else { shown_roughly(3, values) };
+    let missing = || "n/a".to_owned();
+    let texts = texts.into_iter().zip(values);
+    texts.map(|(text, x)| if x.is_finite() { text.replace('-', "−") } else { missing() }).collect()
 }
 
 #[cfg(test)]
@@ -200,7 +207,7 @@ mod tests {
         assert_eq!(map.across(&all, true), 2);
         let means = [0.0, 1.0, 2.0, f64::NAN];
         let places: Vec<(f64, f64, f64)> = map
-            .cells(&all, true, 2, &means, ends(&means))
+            .cells(&all, true, 2, (&means, &texts(&means)), ends(&means))
             .iter()
             .map(|mark| match mark {
                 Mark::Cell { x, y, share, .. } => (*x, *y, *share),
@@ -243,8 +250,17 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short() {
-        let found = [-0.0, -0.0123, -1.0, 1.5, 12.34, 54_321.0, 1e7, 1e-7].map(short);
-        assert_eq!(found, ["0", "−0.012", "−1", "1.50", "12.3", "54321", "1.0e7", "1.0e−7"]);
+    fn cells_tell_their_numbers_apart() {
+        let check = |values: &[f64], expected: &[&str]| assert_eq!(texts(values), expected);
+        check(&[100.1, 100.2, 100.3], &["100.1", "100.2", "100.3"]);
+        check(&[999_999_999.0, 1e9], &["999999999", "1e9"]);
+        check(&[-0.0, -0.0123, 1.5, f64::NAN, 1e-7], &["0", "−0.0123", "1.5", "n/a", "1e−7"]);
+        let many: Vec<f64> = (0..100).map(|i| 1000.0 + f64::from(i) / 700.0).collect();
+        assert_eq!(texts(&many)[..2], ["1000", "1000.001"]);
+        let z = value(&[STATES], &[100.1, 100.2, 100.3, 100.4]);
+        let found = svg(&heatmap(z, &[], &[], "shared"));
+        for text in [">100.1<", ">100.2<", ">100.3<", ">100.4<"] {
+            assert!(found.contains(text), "{text} in {found}");
+        }
     }
 }

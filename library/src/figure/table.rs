@@ -2,6 +2,7 @@
 
 use ivx_op::{
     Array, AxisNames, Ctx, Dim, Everything, Facts, Many, Op, OpError, Table, Wrong, declare,
+    shown_to_decimals,
 };
 
 use super::arrange::{Arranged, arrange};
@@ -17,7 +18,7 @@ declare! {
     /// There is a column for each value and each label of what it varies over but `rows`. Over
     /// `seed`, Markdown and LaTeX show the mean ± half the width of its 95 % interval; CSV has mean, low
     /// and high, in full precision.
-    pub struct Tabulate = "table" @ 5 -> Table {
+    pub struct Tabulate = "table" @ 6 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -153,27 +154,14 @@ fn markdown(rows: &[Dim], columns: &[Column], digits: usize) -> String {
 
 pub(super) fn shown(cell: Option<Estimate>, digits: usize) -> String {
     let Some(Estimate { mean, interval }) = cell else { return String::new() };
-    let mean_text = rounded(mean, digits);
+    let mean_text = shown_to_decimals(digits, mean);
     match interval {
         Some((low, high)) => {
-            // What rounding leaves of an interval of equal numbers is none.
-            let half = (high - low) / 2.0;
-            let half = if half < 1e-12 * mean.abs() { 0.0 } else { half };
-            format!("{mean_text} ± {}", rounded(half, digits))
+            let half = high / 2.0 - low / 2.0;
+            format!("{mean_text} ± {}", shown_to_decimals(digits, half))
         }
         None => mean_text,
     }
-}
-
-/// The number with this many digits after the point, in scientific notation where that
-/// would show a small number as 0 or a large one at great length.
-fn rounded(x: f64, digits: usize) -> String {
-    let plain = format!("{x:.digits$}");
-    let vanishes = x != 0.0 && plain.parse() == Ok(0.0);
-    if vanishes || (x.is_finite() && x.abs() >= 1e9) {
-        return format!("{x:.digits$e}");
-    }
-    if x == 0.0 { format!("{:.digits$}", 0.0) } else { plain }
 }
 
 /// A Markdown cell: on one line, and without ending early.
@@ -292,11 +280,11 @@ mod tests {
     }
 
     #[test]
-    fn rounding_is_no_interval() {
+    fn small_intervals_are_seen() {
         let text = |mean: f64, half: f64| {
             shown(Some(Estimate { mean, interval: Some((mean - half, mean + half)) }), 2)
         };
-        assert_eq!(text(0.67, 1.2e-16), "0.67 ± 0.00");
+        assert_eq!(text(0.67, 0.0), "0.67 ± 0.00");
         assert_eq!(text(0.67, 1e-4), "0.67 ± 1.00e-4");
     }
 }
