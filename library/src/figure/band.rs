@@ -11,7 +11,7 @@ declare! {
     /// The area `center ± width · spread` along `x`; over `seed`, that of the two means.
     ///
     /// A curve of the same label has the same colour.
-    pub struct Band = "band" @ 2 -> Layer {
+    pub struct Band = "band" @ 3 -> Layer {
         /// The middle.
         center: Everything<Array>;
         /// Half the height, in units of `width`.

@@ -1,12 +1,15 @@
 //! Bars with whiskers.
 
-use ivx_op::{Array, AxisNames, Ctx, Dim, Everything, Facts, Figure, Op, OpError, Wrong, declare};
+use ivx_op::{
+    Array, AxisNames, Ctx, Dim, Everything, Facts, Figure, Op, OpError, Wrong, declare, shown,
+};
 
 use super::arrange::{arrange, labels, left_over, names};
 use super::drawing::{Axis, Drawing, Mark, Series};
 use super::interval::Estimate;
 use super::panels::panels;
 use super::render::render;
+use super::scale::placeable;
 
 /// The share of a place that its bars take.
 const FILLED: f64 = 0.72;
@@ -14,8 +17,8 @@ const FILLED: f64 = 0.72;
 declare! {
     /// One bar for each label of `by`; over `seed`, the mean with its 95 % interval.
     ///
-    /// One more axis gives groups of bars. Where a value is not finite, the figure says `n/a`.
-    pub struct Bars = "bars" @ 2 -> Figure {
+    /// One more axis gives groups of bars. Where a value is not finite, or beyond 1e300, the figure says `n/a`.
+    pub struct Bars = "bars" @ 3 -> Figure {
         /// The heights.
         y: Everything<Array>;
         /// Axes that have a bar for each label.
@@ -70,10 +73,11 @@ fn series(panel: &str, rest: &[Dim], cells: &[Estimate]) -> Vec<Series> {
 }
 
 fn bar(x: f64, width: f64, Estimate { mean: y, interval: whisker }: Estimate) -> Mark {
-    if y.is_finite() {
-        Mark::Bar { x, width, y, whisker }
-    } else {
-        Mark::Text(x, 0.0, "n/a".into())
+    match y {
+        _ if placeable(y) => Mark::Bar { x, width, y, whisker },
+        // There is a number, and no room for it.
+        _ if y.is_finite() => Mark::Text(x, 0.0, format!("n/a ({})", shown(y))),
+        _ => Mark::Text(x, 0.0, "n/a".into()),
     }
 }
 
@@ -101,6 +105,8 @@ mod tests {
         assert_eq!(found.matches(r#"stroke-width="1.2""#).count(), 2);
         let found = bars(value(&[("ke", &["WCM", "MA"])], &[1.0, f64::INFINITY])).unwrap();
         assert_eq!((found.matches("<rect").count(), found.contains(">n/a<")), (2, true));
+        let found = bars(value(&[("ke", &["WCM", "MA"])], &[1e308, 1.0])).unwrap();
+        assert_eq!((found.matches("<rect").count(), found.contains(">n/a (1e308)<")), (2, true));
     }
 
     #[test]

@@ -12,7 +12,7 @@ declare! {
     ///
     /// What `y` also varies over gives one thin line each. A curve of the same label has the
     /// same colour.
-    pub struct Level = "level" @ 2 -> Layer {
+    pub struct Level = "level" @ 3 -> Layer {
         /// The heights.
         y: Everything<Array>;
         /// Axes that have a line and legend entry for each label.

@@ -8,7 +8,7 @@ use crate::artifact::Dataset;
 
 declare! {
     /// The pairs of one or more datasets as points, all in one look.
-    pub struct Points = "points" @ 2 -> Layer {
+    pub struct Points = "points" @ 3 -> Layer {
         /// The datasets.
         data: Everything<Dataset>;
         /// The legend entry; where empty, what the spec calls `data`.
