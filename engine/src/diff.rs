@@ -339,7 +339,7 @@ mod tests {
         let change = flipped("e/\"less\"".into(), &before, &claim([after, stays])).unwrap();
         assert_eq!(change.to_string(), "! claim e/\"less\": fails, but otherwise");
         let told = "at ke=MA: holds, difference -0.3333, n = 8 -> \
-                    undecided, difference 1e-7 in [-0.25, 12350], n = 8";
+                    undecided, difference 1e-7 in [-0.25, 12346], n = 8";
         assert_eq!(change.details(), [told]);
         assert_eq!(flipped("e".into(), &before, &before), None);
     }

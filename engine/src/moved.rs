@@ -278,7 +278,7 @@ mod tests {
         };
         assert_eq!(
             found(1.0, 1.0 + f64::EPSILON),
-            "1 of 1 moved, at most 1 -> 1.0000000000000002 (+2.22e-14 %)"
+            "1 of 1 moved, at most 1 -> 1.0000000000000002 (+2.220e-14 %)"
         );
         assert_eq!(found(1e200, 2e200), "1 of 1 moved, at most 1e200 -> 2e200 (+100 %)");
     }

@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn a_tolerance_does_not_depend_on_the_number_of_seeds() {
         for x in [0.1, 0.7, 1.0 / 3.0, 1e-300, 123.456, 1e300] {
-            for n in 5..60 {
+            for n in [5, 6, 10, 19, 20, 40] {
                 let finding = within(x, seeds(&vec![x; n]), scalar(0.0));
                 assert_eq!((finding.outcome, finding.estimate), (Outcome::Holds, x), "{n} of {x}");
                 assert_eq!(finding.interval, Some((x, x)));
