@@ -13,7 +13,7 @@ declare! {
     ///
     /// Where several models fit equally well, the one with the smallest coefficients. Directions
     /// whose singular value is below max(n, coefficients) × 2⁻⁵² of the largest count as free.
-    pub struct LinearMle = "linear_mle" @ 1 {
+    pub struct LinearMle = "linear_mle" @ 2 {
         /// What the model is linear in.
         features: Box<dyn Features>;
     }
