@@ -254,7 +254,7 @@ mod tests {
         let check = |values: &[f64], expected: &[&str]| assert_eq!(texts(values), expected);
         check(&[100.1, 100.2, 100.3], &["100.1", "100.2", "100.3"]);
         check(&[999_999_999.0, 1e9], &["999999999", "1e9"]);
-        check(&[-0.0, -0.0123, 1.5, f64::NAN, 1e-7], &["0", "−0.0123", "1.5", "n/a", "1e−7"]);
+        check(&[-0.0, -0.0123, 1.5, f64::NAN, 1e-7], &["0", "−0.01", "1.5", "n/a", "1e−7"]);
         let many: Vec<f64> = (0..100).map(|i| 1000.0 + f64::from(i) / 700.0).collect();
         assert_eq!(texts(&many)[..2], ["1000", "1000.001"]);
         let z = value(&[STATES], &[100.1, 100.2, 100.3, 100.4]);
