@@ -61,21 +61,20 @@ fn the_thesis_runs_at_its_smallest() {
         "disagreement.seeds=2",
         "novelty.seeds=2",
     ];
-    let sets: Vec<&str> = smallest.iter().flat_map(|set| ["--set", set]).collect();
+    let out = project.path("out").display().to_string();
+    let sets = smallest.iter().flat_map(|set| ["--set", set]);
+    let sets: Vec<&str> = sets.chain(["--out", &out]).collect();
     let executed = project.executed("thesis.ivx", &sets);
     assert!(executed > 100, "{executed}");
     assert_eq!(project.executed("thesis.ivx", &sets), 0);
-    let results = project.read("results/thesis/results.ron");
+    let results = project.read("out/results.ron");
     // The two tables of Example 2.1 do not depend on sizes.
     assert!(results.contains("2.2a: risk-averse agents go LEFT"));
     for figure in [
         "2.1", "2.3", "2.4a", "2.4b", "2.4c", "2.5a", "2.5b", "2.5c", "2.5d", "2.10a", "2.10b",
         "5.4a", "5.4b", "5.4c", "5.6", "5.8a", "5.8b",
     ] {
-        assert!(
-            project.read(&format!("results/thesis/figures/{figure}.svg")).starts_with("<svg"),
-            "{figure}"
-        );
+        assert!(project.read(&format!("out/figures/{figure}.svg")).starts_with("<svg"), "{figure}");
     }
 }
 
@@ -96,10 +95,12 @@ fn networks_run_at_their_smallest() {
         "posteriors.steps=3",
         "posteriors.seeds=2",
     ];
-    let sets: Vec<&str> = smallest.iter().flat_map(|set| ["--set", set]).collect();
+    let out = project.path("out").display().to_string();
+    let sets = smallest.iter().flat_map(|set| ["--set", set]);
+    let sets: Vec<&str> = sets.chain(["--out", &out]).collect();
     assert!(project.executed("networks.ivx", &sets) > 20);
     assert_eq!(project.executed("networks.ivx", &sets), 0);
-    assert!(project.read("results/networks/figures/glyphs.svg").starts_with("<svg"));
+    assert!(project.read("out/figures/glyphs.svg").starts_with("<svg"));
 }
 
 #[test]
@@ -111,7 +112,7 @@ fn the_tables_of_example_2_1_are_as_published() {
     let said = project.run("exec", "ch2/boxes.ivx", &["--strict"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert_eq!(said.out.matches("  holds ").count(), 7, "{}", said.out);
-    let table = project.read("results/boxes/tables/2.2a.csv");
+    let table = project.read("results/ch2/boxes/tables/2.2a.csv");
     let rows: Vec<&str> = table.lines().collect();
     assert!(rows.contains(&"WCU,1,0") || rows.contains(&"WCU,1.0,0.0"), "{table}");
 }

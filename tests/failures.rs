@@ -87,8 +87,9 @@ fn a_profile_builds_on_its_base() {
         ("quick", ["\"sizes.steps\": 1", "\"n\": 10", "\"noise\": 0.2"]),
         ("desk", ["\"sizes.steps\": 1", "\"n\": 20", "\"noise\": 0.2"]),
     ] {
-        project.executed("e.ivx", &["--profile", profile]);
-        let results = project.read("results/e/results.ron");
+        let out = project.path(profile).display().to_string();
+        project.executed("e.ivx", &["--profile", profile, "--out", &out]);
+        let results = project.read(&format!("{profile}/results.ron"));
         for param in params {
             assert!(results.contains(param), "{profile}: {param}: {results}");
         }
@@ -102,14 +103,14 @@ fn differences_between_results_are_told() {
     let before = project.path("before.ron");
     std::fs::copy(project.path("results/small/results.ron"), &before)
         .expect("results can be copied");
-    let diff = || {
-        let after = project.path("results/small");
+    let diff = |after: &str| {
+        let after = project.path(after);
         run(vec!["ivx".into(), "diff".into(), before.clone().into(), after.into()])
     };
-    let said = diff();
+    let said = diff("results/small");
     assert_eq!((said.code, said.out.as_str()), (0, "no differences\n"));
     project.executed("small.ivx", &["--set", "members=3"]);
-    let said = diff();
+    let said = diff("results/small@members=3");
     assert_eq!(said.code, 1);
     assert!(said.out.contains("~ param small.members: 2 -> 3"), "{}", said.out);
     assert!(said.out.contains("~ measure small/spread: 2 of 2 moved"), "{}", said.out);

@@ -16,6 +16,7 @@ mod digest;
 mod disk;
 mod durable;
 mod error;
+mod exchange;
 #[doc(hidden)]
 pub mod faulty;
 mod found;
@@ -45,7 +46,9 @@ pub use disk::Disk;
 #[doc(hidden)]
 pub use disk::{Fault, Faults, Write, WriteKind};
 pub use error::{CacheError, Conflict, Trouble};
+pub use exchange::exchange;
 pub use hints::Hints;
+pub use lock::{FileLock, wait_lock};
 pub use objects::{Fetched, INLINE_MAX, Objects};
 pub use rebuild::{Rebuilt, rebuild};
 pub use record::{Output, Provenance, Record};

@@ -9,7 +9,7 @@ use crate::{CacheError, Disk};
 
 /// A lock that is held; given back when dropped, or when the process ends.
 #[derive(Debug)]
-pub(crate) struct FileLock {
+pub struct FileLock {
     path: PathBuf,
     disk: Disk,
     // Held for its lock, which closing it releases.
@@ -32,6 +32,21 @@ pub(crate) fn try_lock(disk: &Disk, path: &Path) -> Result<Option<FileLock>, Cac
         }
         if leads_to(path, &file).at(path)? {
             return Ok(Some(FileLock { path: path.to_owned(), disk: disk.clone(), _file: file }));
+        }
+    }
+}
+
+/// The lock on a file anywhere, which is made for it; waits while another handle or process has it.
+///
+/// # Errors
+/// If the disk fails.
+pub fn wait_lock(path: &Path) -> Result<FileLock, CacheError> {
+    let disk = Disk::default();
+    loop {
+        let file = disk.open(path).at(path)?;
+        file.lock().at(path)?;
+        if leads_to(path, &file).at(path)? {
+            return Ok(FileLock { path: path.to_owned(), disk, _file: file });
         }
     }
 }
@@ -79,6 +94,26 @@ mod tests {
         drop(first);
         assert!(!path.exists());
         assert!(try_lock(&Disk::default(), &path).unwrap().is_some());
+    }
+
+    #[test]
+    fn who_waits_comes_in_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let inside = AtomicU32::new(0);
+        thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for _ in 0..500 {
+                        let lock = wait_lock(&path).unwrap();
+                        assert_eq!(inside.fetch_add(1, Ordering::SeqCst), 0);
+                        assert_eq!(inside.fetch_sub(1, Ordering::SeqCst), 1);
+                        drop(lock);
+                    }
+                });
+            }
+        });
+        assert!(!path.exists());
     }
 
     #[test]

@@ -32,7 +32,15 @@ pub(crate) struct Args {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Run what is not known of a spec, and write its results.
-    #[command(after_help = "Example: ivx exec experiments/thesis.ivx --set members=16 --jobs 2")]
+    #[command(after_help = "\
+Examples: ivx exec experiments/thesis.ivx
+          ivx exec experiments/thesis.ivx --set members=16 --jobs 2
+          ivx exec experiments/thesis.ivx --out /tmp/thesis
+
+Results of experiments/thesis.ivx are written to results/experiments/thesis/. With another profile, or with a
+parameter set to another value than it has, they are written beside it, to a folder called for what is other:
+results/experiments/thesis@paper,members=16/. The set of files appears at once. `ivx show RUN --to DIR` gives that
+of an earlier run.")]
     Exec(Exec),
     /// Say what is wrong with a spec, without running it.
     #[command(after_help = "Example: ivx check experiments/thesis.ivx")]
@@ -54,7 +62,7 @@ Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[
     /// Say what moved between two results, and why.
     #[command(after_help = "\
 Examples: ivx diff
-          ivx diff results/thesis old/results.ron
+          ivx diff results/experiments/thesis old/results.ron
           ivx diff 3f2a91bc 77aa
           ivx diff HEAD~1 --format markdown
 
@@ -67,8 +75,8 @@ Exit codes: 0 nothing differs, 1 something does, 2 A or B is not there.")]
     Diff(Diff),
     /// Write measures, or one model or data set, as other programs read them.
     #[command(after_help = "\
-Examples: ivx export results/thesis --to measures.csv
-          ivx export results/thesis overoptimisation/optimality_gap --to gap.json
+Examples: ivx export results/experiments/thesis --to measures.csv
+          ivx export results/experiments/thesis overoptimisation/optimality_gap --to gap.json
           ivx export experiments/thesis.ivx 'reward_ensemble/model[seed=0]/member[3]' --to model.npz
 
 Measures are told one number a line, with a column for each axis and dimension. A node of a spec is taken
@@ -83,8 +91,10 @@ from the cache, and nothing is run.")]
     /// List the runs of the project, or keep or drop one.
     #[command(after_help = "Example: ivx runs keep 3f2a91bc")]
     Runs(Runs),
-    /// Say what is remembered of a run.
-    #[command(after_help = "Example: ivx show 3f2a")]
+    /// Say what is remembered of a run, or write its results again.
+    #[command(after_help = "\
+Examples: ivx show 3f2a
+          ivx show 3f2a --to /tmp/earlier")]
     Show(Show),
     /// Say what the cache holds, and mend or empty it.
     #[command(subcommand, after_help = "Example: ivx cache stats")]
@@ -161,6 +171,9 @@ pub(crate) struct Exec {
     /// How much work a kill may cost a long node: so often its progress is kept.
     #[arg(long, value_name = "TIME", default_value = "10s", value_parser = parse_span)]
     pub(crate) checkpoint: Duration,
+    /// Write results to this folder instead. It is new or empty, or holds other results, which are replaced.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// Fail when a claim fails.
     #[arg(long)]
     pub(crate) strict: bool,

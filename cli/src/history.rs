@@ -195,7 +195,8 @@ pub(crate) fn keys(outcome: &Outcome) -> Vec<Digest> {
     known.filter_map(|node| node.key).collect()
 }
 
-fn params(spec: &Spec) -> BTreeMap<String, Setting> {
+/// Every parameter, by address.
+pub(crate) fn params(spec: &Spec) -> BTreeMap<String, Setting> {
     let mut params = settings(&spec.params);
     for experiment in &spec.experiments {
         let own = settings(&experiment.params).into_iter();

@@ -23,6 +23,8 @@ pub(crate) struct Loaded {
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// The folder of the project.
     pub(crate) root: PathBuf,
+    /// Where the spec lies, links resolved: below that folder.
+    pub(crate) spec: PathBuf,
 }
 
 /// Reads a spec, the files that it and they name by `use` and `include`, and what their calls name
@@ -38,7 +40,12 @@ pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> 
     let path = fs::canonicalize(spec).map_err(unread)?;
     let root = project::root(&path);
     let mut loader = Loader {
-        loaded: Loaded { project: Project::default(), diagnostics: Vec::new(), root },
+        loaded: Loaded {
+            project: Project::default(),
+            diagnostics: Vec::new(),
+            root,
+            spec: path.clone(),
+        },
         registry,
         search: std::env::var_os("PATH").unwrap_or_default(),
         known: BTreeMap::new(),
@@ -76,7 +83,7 @@ impl Loader<'_> {
         let mut named_texts = Vec::new();
         published(&ast.items, &mut named_texts);
         let outside = externals(&ast, self.registry);
-        let stem = project::name(path);
+        let stem = project::stem(path);
         self.loaded.project.files.push(File {
             path: shown,
             stem,

@@ -63,7 +63,9 @@ const MARKDOWN: &str = "
 </details>
 ";
 
-const CHANGED: [&str; 6] = ["exec", "told.ivx", "--set", "points=6", "--set", "level=3.0"];
+/// With other parameters, in the folder of the run by default.
+const CHANGED: [&str; 8] =
+    ["exec", "told.ivx", "--out", "results/told", "--set", "points=6", "--set", "level=3.0"];
 
 fn project() -> tempfile::TempDir {
     common::project(&[("told.ivx", SPEC)])

@@ -85,3 +85,48 @@ fn a_full_file_system_is_told_and_the_run_goes_on_once_there_is_room() {
     assert_eq!(executed(&output), (nodes - known, nodes));
     assert!(results(project.path()) == expected, "the results are the same");
 }
+
+#[test]
+#[expect(clippy::print_stderr, reason = "who runs the tests should know what was not tried")]
+fn results_that_have_no_room_leave_those_before() {
+    let Some(small) = Small::mount() else {
+        eprintln!("skipped: mounting a tmpfs is not permitted here");
+        return;
+    };
+    let (project, elsewhere) = (small.0.path(), tempfile::tempdir());
+    let cache = elsewhere.expect("temporary folders can be made");
+    fs::write(project.join("full.ivx"), SPEC).expect("files can be written");
+    executed(&exec(project, cache.path()));
+    let set = || {
+        let all = ["results.ron", "run.ron", "report.md", "report.html"];
+        all.map(|name| fs::read(project.join("results/full").join(name)).expect("it is written"))
+    };
+    let mut before = set();
+    let filler = project.join("filler");
+    let mut n_full = 0;
+    for (n, room) in ["n: 11", "n: 12", "n: 13"].iter().zip([40_000, 8_000, 0]) {
+        fs::write(project.join("full.ivx"), SPEC.replace("n: 10", n)).expect("it has room");
+        let mut rest = vec![1; 2 << 20];
+        fs::write(&filler, &rest).expect_err("it has no room");
+        let taken = fs::metadata(&filler).expect("it is there").len();
+        rest.truncate(usize::try_from(taken).expect("it is small").saturating_sub(room));
+        fs::remove_file(&filler).expect("files can be removed");
+        fs::write(&filler, rest).expect("so much has room");
+        let output = exec(project, cache.path());
+        fs::remove_file(&filler).expect("files can be removed");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        if output.status.success() {
+            before = set();
+            continue;
+        }
+        n_full += 1;
+        assert_eq!(output.status.code(), Some(3), "{said}");
+        assert!(said.contains("the results that were there are as they were"), "{said}");
+        assert!(set() == before, "the set before is whole");
+    }
+    assert!(n_full > 0, "the disk was full");
+    executed(&exec(project, cache.path()));
+    assert!(set() != before, "with room there is a new set");
+    // The folder, and what is there for as long as it is written.
+    assert_eq!(fs::read_dir(project.join("results")).expect("it is there").count(), 1);
+}

@@ -176,7 +176,7 @@ fn a_killed_run_is_safe_for_a_week() {
 fn a_cache_in_use_is_not_swept_and_a_run_beside_sweeps_is_not_harmed() {
     let whole = project();
     said(whole.path(), &["exec", "specs/long.ivx"], 0);
-    let results = "results/long/results.ron";
+    let results = "results/specs/long/results.ron";
     let expected = fs::read_to_string(whole.path().join(results)).expect("they are written");
 
     let folder = project();

@@ -241,14 +241,17 @@ fn keep(
 }
 
 impl Results {
-    /// The files that show figures and tables, below the results' folder.
+    /// The files that show figures and tables: path below the results' folder, and digest.
     #[must_use]
-    pub fn files(&self) -> Vec<String> {
-        let mut files = Vec::new();
+    pub fn files(&self) -> BTreeMap<String, String> {
+        let mut files = BTreeMap::new();
         for experiment in self.experiments.values() {
             for (folder, shown) in [(FIGURES, &experiment.figures), (TABLES, &experiment.tables)] {
                 for (name, digests) in shown {
-                    files.extend(digests.keys().map(|extension| path(folder, name, extension)));
+                    let own = digests.iter();
+                    files.extend(
+                        own.map(|(kind, digest)| (path(folder, name, kind), digest.clone())),
+                    );
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! `ivx runs` and `ivx show`
 
+use std::path::PathBuf;
+
 use clap::Subcommand;
 
 use super::Format;
@@ -45,6 +47,10 @@ pub(crate) struct Show {
     /// Its name, as `ivx runs` lists it; the first digits are enough [default: the last run].
     #[arg(value_name = "RUN")]
     pub(crate) name: Option<String>,
+    /// Write its results to this folder, with figures and tables. It is new or empty, or holds other results, which
+    /// are replaced.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) to: Option<PathBuf>,
     /// How to say it.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,

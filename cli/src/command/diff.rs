@@ -124,6 +124,11 @@ type Paired = Vec<(String, Option<Found>, Option<Found>)>;
 /// What of two sides is compared with what; says so if one lacks what the other is about.
 fn pair(before: Side, after: Side, err: &mut dyn Write) -> io::Result<Option<Paired>> {
     let (mut old, mut new) = (before.found, after.found);
+    match (before.is_single, after.is_single) {
+        (true, false) => by_default(&mut old, &new),
+        (false, true) => by_default(&mut new, &old),
+        _ => {}
+    }
     if before.is_single && after.is_single {
         let (old, new) = (old.pop_first(), new.pop_first());
         let name = new.as_ref().map(|(name, _)| name.clone()).unwrap_or_default();
@@ -150,6 +155,18 @@ fn pair(before: Side, after: Side, err: &mut dyn Write) -> io::Result<Option<Pai
         (name, old, new)
     });
     Ok(Some(paired.collect()))
+}
+
+/// Where many have no results of what was asked of one run, it is compared with those of its spec by default.
+fn by_default(one: &mut BTreeMap<String, Found>, many: &BTreeMap<String, Found>) {
+    let asked = one.keys().find(|name| !many.contains_key(*name)).cloned();
+    if let Some(name) = asked
+        && let Some((plain, _)) = name.rsplit_once('@')
+        && many.contains_key(plain)
+        && let Some(found) = one.remove(&name)
+    {
+        one.insert(plain.to_owned(), found);
+    }
 }
 
 fn compare(

@@ -1,13 +1,12 @@
 //! `ivx exec`
 
-use std::fs;
-use std::io::{self, Write};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::io::Write;
 use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Lock, Options, Outcome, Plan, Report, Results, expand, page, platform, report, schedule, wanted,
+    Lock, Options, Outcome, Plan, Results, expand, page, platform, report, schedule, wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
@@ -15,15 +14,16 @@ use ivx_op::Outcome as Verdict;
 use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
-use super::{jobs, lock, ready};
+use super::{Ready, jobs, lock, ready};
 use crate::ending::{STOP, heeding};
 use crate::found;
 use crate::history::{self, Files, Summary};
 use crate::machine::memory;
+use crate::place;
 use crate::progress::Progress;
-use crate::replace::replace;
+use crate::publish::{RESULTS, publish, refusal};
 use crate::time::now_millis;
-use crate::{At as _, FAILED, OK, STOPPED, Trouble, WRONG, args, project, store};
+use crate::{FAILED, OK, STOPPED, Trouble, WRONG, args, project, store};
 
 pub(crate) fn exec(
     args: &args::Exec,
@@ -32,8 +32,20 @@ pub(crate) fn exec(
 ) -> Result<u8, Trouble> {
     let started = Instant::now();
     let Some(mut ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
-    let name = project::name(&args.spec.path);
-    let locks = if args.lock || args.locked { Some(lock::read(&args.spec.path)?) } else { None };
+    let root = ready.loaded.root.clone();
+    let spec = ready.loaded.spec.clone();
+    let Ready { spec: ir, loaded, registry, settings, .. } = &ready;
+    let variant = place::variant(&loaded.project, registry, settings, ir);
+    let name = place::name(spec.strip_prefix(&root).unwrap_or(&spec), &variant);
+    let results = project::real(&project::results(&root));
+    let folder = args.out.as_deref().map_or_else(|| results.join(&name), project::real);
+    if let Some(out) = &args.out
+        && let Some(why) = refusal(&folder, &results)
+    {
+        writeln!(err, "error: {} {why}", out.display())?;
+        return Ok(WRONG);
+    }
+    let locks = if args.lock || args.locked { Some(lock::read(&spec)?) } else { None };
     if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
         writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
         return Ok(WRONG);
@@ -61,8 +73,12 @@ pub(crate) fn exec(
     let plan = expand(&ready.spec, &ready.registry);
     ready.spec.exprs = Vec::new();
     ready.spec.held = Vec::new();
+    if !project::is_marked(&root) && !results.exists() {
+        let root = root.display();
+        writeln!(err, "note: there is no `.ivx` or `.git` around the spec: {root} is its project")?;
+    }
     let jobs = jobs(args.jobs, err)?;
-    let mut cache = Cache::open(&project::cache(&ready.loaded.root), &platform())?;
+    let mut cache = Cache::open(&project::cache(&root), &platform())?;
     store::attach(&args.store, mode, &mut cache, err)?;
     for trouble in cache.troubles() {
         // What a killed writer left undone is no damage: its nodes run again.
@@ -91,7 +107,8 @@ pub(crate) fn exec(
             let spec = &ready.spec;
             let mut summary = Summary::of(spec, &files, &plan, &outcome, results, jobs, started);
             let text = results.map(Results::to_ron);
-            if let Err(error) = note(&cache, &plan, &outcome, text.as_deref(), &mut summary) {
+            let kept = text.as_deref().zip(report.as_ref().map(|report| &report.files));
+            if let Err(error) = note(&cache, &plan, &outcome, kept, &mut summary) {
                 writeln!(err, "note: the history lacks this run: {error}")?;
             }
             (Ok(outcome), report.zip(text))
@@ -108,16 +125,20 @@ pub(crate) fn exec(
         writeln!(out, "stopped: what was executed is kept, and the next run goes on from there")?;
         return Ok(STOPPED);
     };
-    let folder = ready.loaded.root.join("results").join(&name);
-    write_results(&folder, &report, &text)?;
-    write_file(&folder.join("run.ron"), &run_file(&plan, &outcome, jobs, started))?;
     let origin = origin(&args.spec, &files, &text, jobs, started);
     let page = page(&ready.spec, &plan, &outcome, &report, &origin);
-    write_file(&folder.join("report.html"), &page)?;
+    // Who stands in the folder stands in the old one afterwards, and would be told wrong paths.
+    let shown = [RESULTS, "report.html"].map(|file| project::shown(&folder.join(file)));
+    let mut set = report.files;
+    set.insert(RESULTS.to_owned(), text);
+    set.insert("run.ron".to_owned(), run_file(&plan, &outcome, jobs, started));
+    set.insert("report.html".to_owned(), page);
+    for moved in publish(&folder, &results, &set)? {
+        writeln!(err, "note: a file that no run wrote is now {}", project::shown(&moved))?;
+    }
     summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;
-    let shown = folder.strip_prefix(&ready.loaded.root).unwrap_or(&folder);
-    writeln!(out, "results: {}", shown.join("results.ron").display())?;
-    writeln!(out, "report:  {}", shown.join("report.html").display())?;
+    writeln!(out, "results: {}", shown[0])?;
+    writeln!(out, "report:  {}", shown[1])?;
     let claims =
         report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
     let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));
@@ -128,60 +149,28 @@ pub(crate) fn exec(
         if args.locked {
             moved = lock::moved(&locks.specs[&name], &found, out)?;
         } else if !failed {
-            lock::write(&args.spec.path, locks, name, found)?;
+            lock::write(&spec, locks, name, found)?;
         }
     }
     // The process is about to end: to give all this back piece by piece would be a large part of
     // a run that has nothing to do.
-    std::mem::forget((ready, plan, outcome, report));
+    std::mem::forget((ready, plan, outcome, report.results, set));
     Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
 }
 
 /// Adds a run to the history, with what it found out.
 ///
-/// - `results`: their text; none if it was stopped.
+/// - `found`: the text of its results, and the files that show them; none if it was stopped.
 fn note(
     cache: &Cache,
     plan: &Plan,
     outcome: &Outcome,
-    results: Option<&str>,
+    found: Option<(&str, &BTreeMap<String, String>)>,
     summary: &mut Summary,
 ) -> Result<(), CacheError> {
-    if let Some(results) = results {
-        let found = cache.keep_found(&found::pack(results, plan, outcome))?;
+    if let Some((results, files)) = found {
+        let found = cache.keep_found(&found::pack(results, files, plan, outcome))?;
         summary.found = Some(found.to_string());
     }
     cache.note_run(now_millis(), history::keys(outcome), &summary.write()).map(drop)
-}
-
-/// Writes what changed; what the results before had written and these do not goes.
-///
-/// - `text`: of the results.
-fn write_results(folder: &Path, report: &Report, text: &str) -> Result<(), Trouble> {
-    let results = folder.join("results.ron");
-    // The same results have the same files, and need not be understood.
-    let before = fs::read_to_string(&results).ok().filter(|before| *before != text);
-    let before = before.and_then(|text| Results::from_ron(&text).ok());
-    let before = before.map(|results| results.files()).unwrap_or_default();
-    for gone in before.iter().filter(|path| !report.files.contains_key(*path)) {
-        let gone = folder.join(gone);
-        match fs::remove_file(&gone) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error).at(&gone),
-            _ => {}
-        }
-    }
-    for (path, text) in &report.files {
-        write_file(&folder.join(path), text)?;
-    }
-    write_file(&results, text)
-}
-
-/// Writes a file that does not say the same already.
-fn write_file(path: &Path, text: &str) -> Result<(), Trouble> {
-    if fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes()) {
-        return Ok(());
-    }
-    let folder = path.parent().expect("results lie in a folder");
-    fs::create_dir_all(folder).at(folder)?;
-    replace(path, text)
 }

@@ -55,6 +55,7 @@ struct Ready {
     spec: ir::Spec,
     loaded: Loaded,
     registry: Registry,
+    settings: Settings,
     n_warnings: usize,
 }
 
@@ -99,7 +100,7 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let sources: Vec<_> = files.map(|file| (file.path.clone(), file.text.clone())).collect();
     tell(&diagnostics, &sources, err)?;
     let n_warnings = diagnostics.len();
-    Ok(can_run(&diagnostics).then_some(Ready { spec, loaded, registry, n_warnings }))
+    Ok(can_run(&diagnostics).then_some(Ready { spec, loaded, registry, settings, n_warnings }))
 }
 
 /// Writes what is wrong to `err`.

@@ -14,7 +14,7 @@ const TEMPLATE: &str = include_str!("new.ivx");
 pub(crate) fn new(args: &New, out: &mut dyn Write, err: &mut dyn Write) -> Result<u8, Trouble> {
     let path =
         if is_spec(&args.name) { args.name.clone() } else { args.name.with_added_extension("ivx") };
-    let name = project::name(&path);
+    let name = project::stem(&path);
     if !is_name(&name) {
         writeln!(err, "error: `{name}` cannot be the name of an experiment")?;
         writeln!(err, "help: use letters, digits and `_`, and begin with a letter")?;

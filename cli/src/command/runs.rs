@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 use super::consent::consent;
 use crate::args::{Format, RunsCommand};
 use crate::date::spell_moment;
-use crate::history::{Nodes, Summary};
+use crate::found::Found;
+use crate::history::{Nodes, Status, Summary};
 use crate::progress::spell;
 use crate::render::visible;
 use crate::{OK, Trouble, WRONG, args, project};
@@ -74,6 +75,30 @@ pub(super) fn history(err: &mut dyn Write) -> Result<Option<History>, Trouble> {
     Ok(Some(history))
 }
 
+/// What a run found out; says so if that is not known.
+pub(super) fn found(
+    run: &Run,
+    history: &History,
+    err: &mut dyn Write,
+) -> Result<Option<Found>, Trouble> {
+    let summary = Summary::read(run);
+    let named = summary.found.as_ref().and_then(|digest| digest.parse().ok());
+    let Some(digest) = named else {
+        let why = match summary.status {
+            Status::Stopped => "was stopped, and has no results",
+            _ => "is of an ivx that did not keep results in the history: run it again",
+        };
+        writeln!(err, "error: run {} {why}", run.name)?;
+        return Ok(None);
+    };
+    let Some(Ok(found)) = history.found(&digest)?.map(Found::unpack) else {
+        let run = &run.name;
+        writeln!(err, "error: what run {run} found out is damaged or gone from the cache")?;
+        return Ok(None);
+    };
+    Ok(Some(found))
+}
+
 /// The one run whose name begins like that; says so if there is none, or several.
 pub(super) fn find<'a>(
     runs: &'a [Run],
@@ -127,7 +152,6 @@ fn list<'a>(
 
 /// How a run ended, in a word.
 pub(super) fn status(summary: &Summary) -> &'static str {
-    use crate::history::Status;
     match summary.status {
         Status::Finished => "finished",
         Status::Stopped => "stopped",

@@ -1,17 +1,19 @@
 //! `ivx show`
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 
-use ivx_cache::Run;
+use ivx_cache::{History, Run};
 use ivx_engine::Setting;
 
-use super::runs::{as_json, find, history, status};
+use super::runs::{as_json, find, found, history, status};
 use crate::args::Format;
 use crate::date::spell_moment;
 use crate::history::{Nodes, Summary};
 use crate::progress::spell;
-use crate::{OK, Trouble, WRONG, args};
+use crate::publish::{RESULTS, publish, refusal};
+use crate::{OK, Trouble, WRONG, args, project};
 
 pub(crate) fn show(
     args: &args::Show,
@@ -26,10 +28,49 @@ pub(crate) fn show(
         None => find(&history.runs, args.name.as_deref().unwrap_or_default(), err)?,
     };
     let Some(run) = run else { return Ok(WRONG) };
+    if let Some(to) = &args.to {
+        return give_back(run, &history, to, out, err);
+    }
     match args.format {
         Format::Json => writeln!(out, "{:#}", as_json(run))?,
         Format::Text => tell(run, out)?,
     }
+    Ok(OK)
+}
+
+/// Writes what the cache keeps of a run's results to a folder.
+fn give_back(
+    run: &Run,
+    history: &History,
+    to: &Path,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<u8, Trouble> {
+    let Some(found) = found(run, history, err)? else { return Ok(WRONG) };
+    let results = project::real(&project::results(&project::here()));
+    let folder = project::real(to);
+    if let Some(why) = refusal(&folder, &results) {
+        writeln!(err, "error: {} {why}", to.display())?;
+        return Ok(WRONG);
+    }
+    let name = &run.name;
+    if found.files.is_empty() {
+        writeln!(
+            err,
+            "note: an earlier ivx did not keep report.md, figures and tables of run {name}: they are gone"
+        )?;
+    }
+    writeln!(
+        err,
+        "note: run.ron and report.html of run {name} are not kept: another run of its spec writes such"
+    )?;
+    let shown = project::shown(&folder.join(RESULTS));
+    let mut set = found.files;
+    set.insert(RESULTS.to_owned(), found.results.to_ron());
+    for moved in publish(&folder, &results, &set)? {
+        writeln!(err, "note: a file that no run wrote is now {}", project::shown(&moved))?;
+    }
+    writeln!(out, "results: {shown}")?;
     Ok(OK)
 }
 

@@ -28,10 +28,9 @@ pub(super) fn at(root: &Path, revision: &str) -> Revision {
     let commit = commit.trim().to_owned();
     let list = ["ls-tree", "-r", "-z", "--name-only", &commit, "--", "results/"];
     let paths = git(root, list).unwrap_or_default();
-    let names = paths.split('\0').filter_map(|path| {
-        let name = path.strip_prefix("results/")?.strip_suffix("/results.ron")?;
-        (!name.contains('/')).then_some(name)
-    });
+    let names = paths
+        .split('\0')
+        .filter_map(|path| path.strip_prefix("results/")?.strip_suffix("/results.ron"));
     let mut found = BTreeMap::new();
     for name in names {
         let text = |file| {

@@ -9,7 +9,7 @@ use ivx_cache::{History, Run};
 use ivx_grammar::suggest;
 
 use super::git::{self, Revision};
-use crate::command::runs::find;
+use crate::command::runs::{find, found};
 use crate::found::Found;
 use crate::history::Summary;
 use crate::render::visible;
@@ -142,50 +142,54 @@ fn of_path(path: &Path, err: &mut dyn Write) -> Result<Option<Side>, Trouble> {
     Ok(Some(Side { title, found, is_single: false }))
 }
 
-/// The results in the folders of a folder, by the names of these.
+/// The results in the folders of a folder, by the paths of these in it.
 fn folders(folder: &Path) -> Result<BTreeMap<String, Found>, Trouble> {
-    let mut found = BTreeMap::new();
-    let entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(found),
-        Err(error) => return Err(error).at(folder),
+    let read = |name: String| {
+        let found = super::read(&folder.join(&name))?;
+        Ok((name, found))
     };
-    for entry in entries {
-        let path = entry.at(folder)?.path();
-        if path.join("results.ron").exists() {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            found.insert(name, super::read(&path)?);
+    named(folder)?.into_iter().map(read).collect()
+}
+
+/// The paths in a folder of the folders with results, however deep. Those whose names begin with a dot are being
+/// written.
+fn named(folder: &Path) -> Result<Vec<String>, Trouble> {
+    let mut names = Vec::new();
+    let mut open = vec![String::new()];
+    while let Some(above) = open.pop() {
+        let own = folder.join(&above);
+        let entries = match fs::read_dir(&own) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(error).at(&own),
+        };
+        for entry in entries {
+            let entry = entry.at(&own)?;
+            let (name, path) = (entry.file_name().to_string_lossy().into_owned(), entry.path());
+            // A link may lead back.
+            if name.starts_with('.') || !entry.file_type().at(&path)?.is_dir() {
+                continue;
+            }
+            let name = if above.is_empty() { name } else { format!("{above}/{name}") };
+            if path.join("results.ron").exists() {
+                names.push(name.clone());
+            }
+            open.push(name);
         }
     }
-    Ok(found)
+    Ok(names)
 }
 
 fn of_run(run: &Run, history: &History, err: &mut dyn Write) -> Result<Option<Side>, Trouble> {
-    let summary = Summary::read(run);
-    let named = summary.found.as_ref().and_then(|digest| digest.parse().ok());
-    let Some(digest) = named else {
-        let why = match summary.status {
-            crate::history::Status::Stopped => "was stopped, and has no results",
-            _ => {
-                "is of an ivx that did not keep results in the history: run it again to compare it"
-            }
-        };
-        writeln!(err, "error: run {} {why}", run.name)?;
-        return Ok(None);
-    };
-    let Some(Ok(found)) = history.found(&digest)?.map(Found::unpack) else {
-        let run = &run.name;
-        writeln!(err, "error: what run {run} found out is damaged or gone from the cache")?;
-        return Ok(None);
-    };
+    let Some(found) = found(run, history, err)? else { return Ok(None) };
     let found = [(found.results.spec.clone(), found)].into();
     Ok(Some(Side { title: format!("run {}", run.name), found, is_single: true }))
 }
 
 /// Says that nothing is called like that, and what was perhaps meant.
 fn unknown(word: &str, root: &Path, runs: &[Run], err: &mut dyn Write) -> io::Result<()> {
-    let folders = fs::read_dir(root.join("results")).into_iter().flatten().flatten();
-    let folders = folders.map(|entry| format!("results/{}", entry.file_name().to_string_lossy()));
+    let folders = named(&root.join("results")).unwrap_or_default();
+    let folders = folders.into_iter().map(|name| format!("results/{name}"));
     let known: Vec<String> = folders.chain(runs.iter().map(|run| run.name.clone())).collect();
     let help = suggest(word, known.iter().map(String::as_str));
     let help = help.unwrap_or_else(|| "`ivx runs` lists runs".to_owned());
