@@ -302,7 +302,8 @@ mod tests {
         let mut results = Results::default();
         let figures = &mut results.experiments.entry("e".to_owned()).or_default().figures;
         figures.insert(name.to_owned(), [("svg".to_owned(), digest)].into());
-        [(RESULTS.to_owned(), results.to_ron()), (format!("figures/{name}.svg"), text.to_owned())].into()
+        [(RESULTS.to_owned(), results.to_ron()), (format!("figures/{name}.svg"), text.to_owned())]
+            .into()
     }
 
     /// The files below a folder, sorted.

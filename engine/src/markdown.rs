@@ -4,7 +4,8 @@
 //! are written.
 
 use ivx_grammar::ir::{Axis, AxisId, Experiment, Output, Param, Spec};
-use ivx_op::{Finding, Outcome as Verdict};
+use ivx_op::escape::markdown as plain;
+use ivx_op::{Finding, Outcome as Verdict, shown as shown_alone, shown_together};
 
 use crate::results::{Claim, ExperimentResults, FIGURES, Measure, Report, TABLES, path};
 
@@ -14,15 +15,16 @@ const MAX_LABELS: usize = 12;
 /// The report, as Markdown.
 pub(crate) fn markdown(spec: &Spec, report: &Report) -> String {
     let results = &report.results;
-    let mut page = vec![format!("# {}", results.spec)];
+    let mut page = vec![format!("# {}", plain(&results.spec))];
     page.extend(results.profile.as_ref().map(|profile| format!("Profile {}.", code(profile))));
     page.extend(list("## Parameters", spec.params.iter().map(parameter)));
     for experiment in &spec.experiments {
         let found = &results.experiments[&experiment.name];
-        page.push(format!("## {}", experiment.name));
+        page.push(format!("## {}", plain(&experiment.name)));
         self::experiment(spec, experiment, found, report, &mut page);
     }
-    let failures = results.failures.iter().map(|(node, why)| format!("{}: {why}", code(node)));
+    let failures =
+        results.failures.iter().map(|(node, why)| format!("{}: {}", code(node), plain(why)));
     page.extend(list("## Failures", failures));
     page.retain(|paragraph| !paragraph.is_empty());
     page.join("\n\n") + "\n"
@@ -49,7 +51,7 @@ fn experiment(
     page.extend(list("### Measures", measures));
     for figure in &experiment.figures {
         let drawn = found.figures[&figure.name].keys().map(|extension| {
-            format!("![{0}](<{1}>)", figure.name, path(FIGURES, &figure.name, extension))
+            format!("![{}](<{}>)", plain(&figure.name), path(FIGURES, &figure.name, extension))
         });
         shown("Figure", figure, drawn.collect(), page);
     }
@@ -68,7 +70,7 @@ fn experiment(
 
 /// Adds a figure or table under its own heading.
 fn shown(what: &str, output: &Output, content: Vec<String>, page: &mut Vec<String>) {
-    page.push(format!("### {what} {}", output.name));
+    page.push(format!("### {what} {}", plain(&output.name)));
     page.push(output.docs.clone());
     if content.is_empty() {
         page.push("Not there, because something that it needs has failed.".to_owned());
@@ -118,7 +120,7 @@ fn documented(item: &str, docs: &str) -> String {
 /// What a measure amounts to.
 fn numbers(measure: &Measure) -> String {
     if let [one] = measure.values[..] {
-        return format!("= {one:?}");
+        return format!("= {}", shown_alone(one));
     }
     if measure.values.is_empty() {
         return "(its dimensions differ from coordinate to coordinate)".to_owned();
@@ -127,7 +129,10 @@ fn numbers(measure: &Measure) -> String {
     let known = measure.values.iter().copied().filter(|x| !x.is_nan());
     let missing = measure.values.len() - known.clone().count();
     let range = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
-    let range = range.map_or_else(String::new, |(low, high)| format!(" from {low:?} to {high:?}"));
+    let range = range.map_or_else(String::new, |(low, high)| {
+        let ends = shown_together(&[low, high]);
+        format!(" from {}", ends.join(" to "))
+    });
     let missing = if missing > 0 { format!(", {missing} of them missing") } else { String::new() };
     let n = measure.values.len();
     format!("({n} numbers{range} over {}{missing})", over.join(", "))
@@ -140,7 +145,7 @@ fn claim(output: &Output, claim: &Claim) -> String {
         [one] if one.at.is_empty() => vec![difference(one)],
         all => all.iter().map(at_coordinate).collect(),
     };
-    let (words, source) = (words.join(" "), code(&claim.claim));
+    let (words, source) = (plain(&words.join(" ")), code(&claim.claim));
     let text = format!("**{outcome}**: {words}: {source}{}", findings.concat());
     match output.docs.trim() {
         "" => text,
@@ -157,14 +162,18 @@ fn at_coordinate(finding: &Finding) -> String {
 
 fn difference(finding: &Finding) -> String {
     let Finding { estimate, interval, n, outcome, .. } = finding;
+    let (low, high) = interval.unzip();
+    let numbers: Vec<f64> = [Some(*estimate), low, high].into_iter().flatten().collect();
+    let numbers = shown_together(&numbers);
+    let ends = &numbers[1..];
     let interval =
-        interval.map_or_else(String::new, |(low, high)| format!(" in [{low:?}, {high:?}]"));
+        if ends.is_empty() { String::new() } else { format!(" in [{}]", ends.join(", ")) };
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
     let lacking = if finding.lacks_seeds() { ", too few seeds" } else { "" };
     if interval.is_empty() && *n == 0 && *outcome == Verdict::Holds {
         return String::new();
     }
-    format!(", difference {estimate:?}{interval}{seeds}{lacking}")
+    format!(", difference {}{interval}{seeds}{lacking}", numbers[0])
 }
 
 /// Text that is no prose, as code on one line.
@@ -183,7 +192,110 @@ pub fn code(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use ivx_op::escape::markdown_cell;
+    use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+
     use super::*;
+
+    /// Labels of every sign alone, doubled, around and inside a word, and some that are known to bite.
+    fn labels() -> Vec<String> {
+        let signs = "\\`*_{}[]()<>#+-.!|~&$:@=\"'/,;%^?";
+        let of_sign = |c: char| {
+            [
+                format!("{c}"),
+                format!("{c}{c}"),
+                format!("{c}a b{c}"),
+                format!("a{c}b"),
+                format!("{c} a"),
+            ]
+        };
+        let known = [
+            "<b>x</b>",
+            "<64,64>",
+            "*star*",
+            "a_b_c",
+            "&lt;",
+            "&#65;",
+            "`c`",
+            "[l](u)",
+            "![l](u)",
+            "a\\|b",
+            "a\\",
+            "|",
+            "\\|",
+            "~~a~~",
+            "__a__",
+            "[^1]",
+            "[ ] a",
+            "<!-- a -->",
+            "<http://a.b>",
+            "# a",
+            "1. a",
+            "1) a",
+            "- a",
+            "---",
+            "===",
+            "> a",
+            " a ",
+            "  ",
+            "σ² ≤ 1",
+            "a  b",
+            "``` a",
+            "$x$",
+            "&amp;amp;",
+        ];
+        signs.chars().flat_map(of_sign).chain(known.map(str::to_owned)).collect()
+    }
+
+    /// The texts of the cells or the paragraph, with the names of the tags that are no part of a table.
+    fn read(text: &str) -> (Vec<String>, Vec<String>) {
+        let (mut cells, mut odd) = (Vec::new(), Vec::new());
+        // What GitHub reads beyond CommonMark.
+        let options = Options::ENABLE_TABLES
+            | Options::ENABLE_STRIKETHROUGH
+            | Options::ENABLE_TASKLISTS
+            | Options::ENABLE_FOOTNOTES
+            | Options::ENABLE_MATH
+            | Options::ENABLE_GFM;
+        for event in Parser::new_ext(text, options) {
+            match event {
+                Event::Start(Tag::TableCell | Tag::Paragraph) => cells.push(String::new()),
+                Event::Text(text) => match cells.last_mut() {
+                    Some(cell) => cell.push_str(&text),
+                    None => odd.push(text.into_string()),
+                },
+                Event::Start(Tag::Table(_) | Tag::TableHead | Tag::TableRow)
+                | Event::End(
+                    TagEnd::TableCell
+                    | TagEnd::Paragraph
+                    | TagEnd::Table
+                    | TagEnd::TableHead
+                    | TagEnd::TableRow,
+                ) => {}
+                other => odd.push(format!("{other:?}")),
+            }
+        }
+        (cells, odd)
+    }
+
+    #[test]
+    fn a_label_in_a_table_reads_back() {
+        assert!(labels().len() > 100);
+        for label in labels() {
+            let cell = markdown_cell(&label);
+            let page = format!("| {cell} | b |\n| --- | --- |\n| {cell} | 1 |\n");
+            let expected = [&label, "b", &label, "1"].map(str::to_owned).to_vec();
+            assert_eq!(read(&page), (expected, Vec::new()), "{label:?} as {cell}");
+        }
+    }
+
+    #[test]
+    fn a_label_in_a_paragraph_reads_back() {
+        for label in labels() {
+            let text = plain(&label);
+            assert_eq!(read(&text), (vec![label.clone()], Vec::new()), "{label:?} as {text}");
+        }
+    }
 
     #[test]
     fn code_is_code_whatever_it_is() {

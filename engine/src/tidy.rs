@@ -3,14 +3,18 @@
 use std::collections::BTreeSet;
 
 use ivx_op::Labels;
+use ivx_op::escape::csv as quoted;
 use serde_json::{Map, Value};
 
 use crate::results::{Measure, Results};
 
+/// The columns that every row has.
+const OWN: [&str; 3] = ["experiment", "measure", "value"];
+
 /// Measures, one number a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tidy {
-    /// The names of all axes and dimensions, in order.
+    /// The columns of all axes and dimensions, in order: their names, but none as another column's.
     pub dims: Vec<String>,
     /// The rows, in the order of experiments, measures and coordinates.
     pub rows: Vec<Row>,
@@ -57,7 +61,30 @@ pub fn tidy(results: &Results, name: &str) -> Tidy {
             rows.push(Row { experiment, measure: name, at, value });
         }
     }
-    Tidy { dims, rows }
+    Tidy { dims: columns(&dims), rows }
+}
+
+/// A column for each dimension: `axis_` stands before the name of one that is called like a column of every row.
+fn columns(dims: &[String]) -> Vec<String> {
+    let taken = |name: &String| OWN.contains(&name.as_str()) || dims.contains(name);
+    let column = |dim: &String| {
+        let mut name = dim.clone();
+        while name != *dim && taken(&name) || OWN.contains(&name.as_str()) {
+            name.insert_str(0, "axis_");
+        }
+        name
+    };
+    dims.iter().map(column).collect()
+}
+
+/// A number of JSON, or the name of what is none there: most languages read these names as numbers.
+fn number(x: f64) -> Value {
+    match x {
+        x if x.is_nan() => "NaN".into(),
+        f64::INFINITY => "Infinity".into(),
+        f64::NEG_INFINITY => "-Infinity".into(),
+        x => x.into(),
+    }
 }
 
 /// Where the `i`-th number of a measure lies along a dimension; last dimension fastest.
@@ -98,7 +125,8 @@ impl Tidy {
         text
     }
 
-    /// As a list of objects; what is not there has no field, and what is no number of JSON is null.
+    /// As a list of objects; what is not there has no field, and what is no number of JSON is `"NaN"`,
+    /// `"Infinity"` or `"-Infinity"`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let object = |row: &Row| {
@@ -108,26 +136,17 @@ impl Tidy {
             for (dim, coordinate) in self.dims.iter().zip(&row.at) {
                 if let Some(coordinate) = coordinate {
                     let value = match coordinate {
-                        Coordinate::Number(x) => Value::from(*x),
+                        Coordinate::Number(x) => number(*x),
                         Coordinate::Name(name) => Value::from(name.as_str()),
                     };
                     object.insert(dim.clone(), value);
                 }
             }
-            object.insert("value".to_owned(), row.value.into());
+            object.insert("value".to_owned(), number(row.value));
             Value::Object(object)
         };
         let rows: Vec<String> = self.rows.iter().map(|row| object(row).to_string()).collect();
         format!("[\n{}\n]\n", rows.join(",\n"))
-    }
-}
-
-/// A field of comma-separated values (RFC 4180).
-fn quoted(text: &str) -> String {
-    if text.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
     }
 }
 
@@ -158,6 +177,22 @@ mod tests {
     }
 
     #[test]
+    fn no_axis_takes_the_place_of_another_column() {
+        let names = ["value", "axis_value", "experiment", "measure"];
+        let dims = names.map(|name| Dim::new(name, Labels::Numbers(vec![7.0])));
+        let values = vec![f64::NEG_INFINITY];
+        let mut results = results();
+        let measures = [("m".to_owned(), Measure { dims: dims.into(), values })].into();
+        results.experiments =
+            [("e".into(), ExperimentResults { measures, ..Default::default() })].into();
+        let tidy = tidy(&results, "");
+        assert_eq!(tidy.dims, ["axis_value", "axis_experiment", "axis_measure", "axis_axis_value"]);
+        let json: Value = serde_json::from_str(&tidy.to_json()).unwrap();
+        assert_eq!(json[0].as_object().unwrap().len(), 7);
+        assert_eq!(json[0]["value"], "-Infinity");
+    }
+
+    #[test]
     fn only_what_is_asked_for_has_columns() {
         let only = tidy(&results(), "e/al");
         assert_eq!((only.dims.len(), only.rows.len()), (0, 1));
@@ -165,7 +200,7 @@ mod tests {
             only.to_json(),
             "[\n{\"experiment\":\"e\",\"measure\":\"alone\",\"value\":0.5}\n]\n"
         );
-        assert!(tidy(&results(), "").to_json().contains("\"seed\":0.0,\"value\":null"));
+        assert!(tidy(&results(), "").to_json().contains("\"seed\":0.0,\"value\":\"NaN\""));
         assert!(tidy(&results(), "f").rows.is_empty());
     }
 }

@@ -9,6 +9,7 @@ mod artifact;
 mod by_name;
 mod decl;
 mod declare;
+pub mod escape;
 mod external;
 mod lit;
 mod needs;

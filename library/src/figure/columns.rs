@@ -1,6 +1,6 @@
 //! The columns of a table: what each is called, and a number for each row.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ivx_op::{Dim, OpError};
 
@@ -9,6 +9,7 @@ use super::interval::Estimate;
 
 /// One column: its head and a cell for each row.
 pub(super) struct Column {
+    /// Its own among those of the table, once they are told apart.
     pub(super) head: String,
     /// The labels that it is of.
     pub(super) place: String,
@@ -17,6 +18,17 @@ pub(super) struct Column {
     pub(super) best: Best,
     /// None where there is nothing to show.
     pub(super) cells: Vec<Option<Estimate>>,
+}
+
+impl Column {
+    /// What its columns are called where each number has one.
+    pub(super) fn fields(&self) -> Vec<String> {
+        if self.over_seed {
+            ["mean", "low", "high"].map(|part| format!("{} {part}", self.head)).to_vec()
+        } else {
+            vec![self.head.clone()]
+        }
+    }
 }
 
 /// Which number of a column is the best.
@@ -49,6 +61,30 @@ pub(super) fn is_best(column: &Column, row: usize) -> bool {
     }
 }
 
+/// Gives values without a name one: `value`, or `value 1`, `value 2` where several have none.
+pub(super) fn name_each<'a>(values: impl Iterator<Item = &'a mut Arranged>) {
+    let mut unnamed: Vec<&mut Arranged> = values.filter(|value| value.name.is_empty()).collect();
+    let several = unnamed.len() > 1;
+    for (i, value) in unnamed.iter_mut().enumerate() {
+        value.name = if several { format!("value {}", i + 1) } else { "value".to_owned() };
+    }
+}
+
+/// Gives each column a head that no other column has, and no row: those that had the same are counted.
+pub(super) fn tell_apart(columns: &mut [Column], rows: &[Dim]) {
+    let mut taken: BTreeSet<String> = rows.iter().map(|dim| dim.name.clone()).collect();
+    for column in columns {
+        let head = column.head.clone();
+        let mut n = 1;
+        while taken.contains(&column.head) || column.fields().iter().any(|f| taken.contains(f)) {
+            n += 1;
+            column.head = format!("{head} ({n})");
+        }
+        taken.insert(column.head.clone());
+        taken.extend(column.fields());
+    }
+}
+
 /// The rows that all values have in common.
 ///
 /// # Errors
@@ -72,7 +108,6 @@ pub(super) fn same_rows(values: &[Arranged]) -> Result<&[Dim], OpError> {
 pub(super) fn columns(values: &[Arranged], single: bool, best: Best) -> Vec<Column> {
     let mut columns = Vec::new();
     for Arranged { name, rest, inner, over_seed, cells, .. } in values {
-        let name = if name.is_empty() { "value" } else { name };
         let inner = [rest.as_slice(), inner].concat();
         let labels = labels(&inner);
         for (i, label) in labels.iter().enumerate() {
@@ -136,6 +171,8 @@ pub(super) fn row_labels(rows: &[Dim]) -> Vec<Vec<String>> {
 
 #[cfg(test)]
 mod tests {
+    use ivx_op::Labels;
+
     use super::super::arrange::arrange;
     use super::super::arrange::tests::value;
     use super::*;
@@ -162,6 +199,37 @@ mod tests {
         assert_eq!(bold(Best::Lowest, &[1.0, 3.0, -2.0]), [2]);
         assert!(bold(Best::None, &[1.0]).is_empty());
         assert!(Best::named("most").is_err());
+    }
+
+    #[test]
+    fn every_head_is_its_own() {
+        let heads = |heads: &[(&str, bool)]| {
+            let mut columns: Vec<Column> = heads
+                .iter()
+                .map(|(head, over_seed)| Column {
+                    head: (*head).into(),
+                    over_seed: *over_seed,
+                    ..column(Best::None, &[])
+                })
+                .collect();
+            tell_apart(&mut columns, &[Dim::new("ke", Labels::Names(Vec::new()))]);
+            let mut fields: Vec<String> = columns.iter().flat_map(Column::fields).collect();
+            fields.push("ke".to_owned());
+            let n = fields.len();
+            fields.sort_unstable();
+            fields.dedup();
+            assert_eq!(fields.len(), n, "{fields:?}");
+            columns.into_iter().map(|column| column.head).collect::<Vec<_>>()
+        };
+        assert_eq!(heads(&[("a", false), ("b", false)]), ["a", "b"]);
+        assert_eq!(
+            heads(&[("a", false), ("a", false), ("a (2)", false)]),
+            ["a", "a (2)", "a (2) (2)"]
+        );
+        assert_eq!(
+            heads(&[("a mean", false), ("a", true), ("ke", false)]),
+            ["a mean", "a (2)", "ke (2)"]
+        );
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Tables for papers: LaTeX with the rules of `booktabs`.
 
 use ivx_op::Dim;
+use ivx_op::escape::{latex as escaped, latex_number};
 
 use super::columns::{Column, is_best, row_labels};
 use super::table::shown;
@@ -18,7 +19,7 @@ pub(super) fn latex(rows: &[Dim], columns: &[Column], digits: usize) -> String {
     ];
     for (i, labels) in row_labels(rows).iter().enumerate() {
         let cells = columns.iter().map(|column| {
-            let text = shown(column.cells[i], digits).replace('±', "$\\pm$");
+            let text = latex_number(&shown(column.cells[i], digits));
             if is_best(column, i) { format!("\\textbf{{{text}}}") } else { text }
         });
         lines.push(line(labels.iter().map(|label| escaped(label)).chain(cells)));
@@ -29,25 +30,6 @@ pub(super) fn latex(rows: &[Dim], columns: &[Column], digits: usize) -> String {
 
 fn line(cells: impl Iterator<Item = String>) -> String {
     cells.collect::<Vec<_>>().join(" & ") + " \\\\"
-}
-
-/// Text that means itself.
-fn escaped(text: &str) -> String {
-    let mut safe = String::new();
-    for c in text.chars() {
-        match c {
-            '\\' => safe += "\\textbackslash{}",
-            '−' => safe += "$-$",
-            '~' => safe += "\\textasciitilde{}",
-            '^' => safe += "\\textasciicircum{}",
-            '<' => safe += "\\textless{}",
-            '>' => safe += "\\textgreater{}",
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => safe.extend(['\\', c]),
-            '\n' | '\r' => safe.push(' '),
-            c => safe.push(c),
-        }
-    }
-    safe
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Measures as a table.
 
+use ivx_op::escape::{csv as quoted, markdown_cell as escaped};
 use ivx_op::{
     Array, AxisNames, Ctx, Dim, Everything, Facts, Many, Op, OpError, Table, Wrong, declare,
     shown_to_decimals,
@@ -7,7 +8,8 @@ use ivx_op::{
 
 use super::arrange::{Arranged, arrange};
 use super::columns::{
-    Best, Column, columns, columns_beside, difference, is_best, row_labels, same_rows,
+    Best, Column, columns, columns_beside, difference, is_best, name_each, row_labels, same_rows,
+    tell_apart,
 };
 use super::interval::Estimate;
 use super::latex::latex;
@@ -17,8 +19,12 @@ declare! {
     ///
     /// There is a column for each value and each label of what it varies over but `rows`. Over
     /// `seed`, Markdown and LaTeX show the mean ± half the width of its 95 % interval; CSV has mean, low
-    /// and high, in full precision.
-    pub struct Tabulate = "table" @ 6 -> Table {
+    /// and high, in full precision. A column is called by its value's name and labels; values without a name
+    /// are `value 1`, `value 2`, and of columns that would be called alike the second has ` (2)` behind.
+    ///
+    /// The LaTeX is UTF-8, the default of LaTeX, and needs `booktabs` alone: Greek letters and signs of mathematics
+    /// are set in math, other letters that pdfLaTeX's font lacks need XeLaTeX or LuaLaTeX.
+    pub struct Tabulate = "table" @ 7 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -43,13 +49,17 @@ declare! {
 impl Op for Tabulate {
     fn run(&self, _: &Ctx) -> Result<Table, OpError> {
         let arranged = |value| arrange(value, &self.rows.0, &self.columns.0);
-        let values: Vec<Arranged> = self.values.0.iter().map(arranged).collect::<Result<_, _>>()?;
-        let rows = same_rows(&values)?;
+        let mut values: Vec<Arranged> =
+            self.values.0.iter().map(arranged).collect::<Result<_, _>>()?;
+        let beside = |value| arrange(value, &self.rows.0, &[]);
+        let mut beside: Vec<Arranged> =
+            self.beside.0.iter().map(beside).collect::<Result<_, _>>()?;
         let best = Best::named(&self.best).map_err(OpError::Failed)?;
+        name_each(values.iter_mut().chain(&mut beside));
+        let rows = same_rows(&values)?;
         let mut columns = columns(&values, values.len() == 1, best);
         let n_ours = columns.len();
-        for value in &self.beside.0 {
-            let beside = arrange(value, &self.rows.0, &[])?;
+        for beside in beside {
             let theirs = columns_beside(beside, rows);
             for column in theirs {
                 let difference =
@@ -58,6 +68,7 @@ impl Op for Tabulate {
                 columns.extend(difference);
             }
         }
+        tell_apart(&mut columns, rows);
         let digits = usize::try_from(self.digits).unwrap_or(usize::MAX).min(17);
         let files = [
             ("csv".to_owned(), csv(rows, &columns)),
@@ -76,13 +87,7 @@ fn known_best(facts: &Facts<'_>) -> Result<(), Wrong> {
 
 fn csv(rows: &[Dim], columns: &[Column]) -> String {
     let mut head: Vec<String> = rows.iter().map(|dim| quoted(&dim.name)).collect();
-    for Column { head: column, over_seed, .. } in columns {
-        if *over_seed {
-            head.extend(["mean", "low", "high"].map(|part| quoted(&format!("{column} {part}"))));
-        } else {
-            head.push(quoted(column));
-        }
-    }
+    head.extend(columns.iter().flat_map(Column::fields).map(|field| quoted(&field)));
     let mut lines = vec![head.join(",")];
     for (i, labels) in row_labels(rows).iter().enumerate() {
         let mut line: Vec<String> = labels.iter().map(|label| quoted(label)).collect();
@@ -99,15 +104,6 @@ fn csv(rows: &[Dim], columns: &[Column]) -> String {
         lines.push(line.join(","));
     }
     lines.join("\n") + "\n"
-}
-
-/// A CSV field, in quotes where it must be.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 /// The shortest text that reads back as the same number.
@@ -162,11 +158,6 @@ pub(super) fn shown(cell: Option<Estimate>, digits: usize) -> String {
         }
         None => mean_text,
     }
-}
-
-/// A Markdown cell: on one line, and without ending early.
-fn escaped(text: &str) -> String {
-    text.replace('|', "\\|").replace(['\n', '\r'], " ")
 }
 
 #[cfg(test)]
@@ -251,6 +242,18 @@ mod tests {
 ";
         let csv = "ke,a,\"paper, a\",\"paper, b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
         check(&table_beside(vec![("gap", ours)], &[], vec![("paper", theirs)]).unwrap(), md, csv);
+    }
+
+    #[test]
+    fn values_without_a_name_have_a_column_each() {
+        let one = value(&[("ke", &["WCM"])], &[1.0]);
+        let two = value(&[("ke", &["WCM"])], &[2.0]);
+        let three = value(&[("ke", &["WCM"])], &[3.0]);
+        let csv = |values| table(values, &[]).unwrap().files["csv"].clone();
+        assert_eq!(csv(vec![("", one.clone())]), "ke,value\nWCM,1.0\n");
+        let found = csv(vec![("", one), ("gap", two.clone()), ("", three.clone())]);
+        assert_eq!(found, "ke,value 1,gap,value 2\nWCM,1.0,2.0,3.0\n");
+        assert_eq!(csv(vec![("gap", two), ("gap", three)]), "ke,gap,gap (2)\nWCM,2.0,3.0\n");
     }
 
     #[test]

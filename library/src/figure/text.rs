@@ -1,20 +1,10 @@
 //! Text and numbers inside an SVG file.
 
+use ivx_op::escape::xml;
+
 /// The text with what XML reserves written out, and control characters as spaces.
 pub(super) fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
+    xml(&text.replace(|c: char| c.is_control(), " "))
 }
 
 /// A coordinate in pixels, to a hundredth.
