@@ -229,13 +229,13 @@ fn hits_without_bytes_are_told() {
     assert!(!said("plan", &[]).contains("gone") && !said("why", &[model]).contains("gone"));
     fs::remove_dir_all(project.path(".ivx/cache/objects")).expect("objects can be removed");
     let told = said("plan", &[]);
-    let last = "the bytes of 4 hits are gone: where one is needed, its node runs again\n";
+    let last = "the bytes of 5 hits are gone: where one is needed, its node runs again\n";
     assert!(told.ends_with(last), "{told}");
     assert!(said("why", &[model]).ends_with("where they are needed, it runs again\n"));
     let told: Value =
         serde_json::from_str(&said("plan", &["--format", "json"])).expect("it is JSON");
     let nodes = told["nodes"].as_array().expect("nodes are a list");
-    assert_eq!(nodes.iter().filter(|node| node["gone"] == true).count(), 4);
+    assert_eq!(nodes.iter().filter(|node| node["gone"] == true).count(), 5);
 }
 
 #[test]

@@ -354,7 +354,7 @@ impl Writing {
             ours.push(format!("claim \"c{i}\" : m{i} <= {:?}", experiment.bound));
             if let ["ke", "seed"] = value.axes[..] {
                 ours.push(format!("figure \"f{i}\" = bars(m{i}, by: ke)"));
-                ours.push(format!("table \"t{i}\" = table({term}, rows: ke)"));
+                ours.push(format!("table \"t{i}\" = table(1.0 * {term}, rows: ke)"));
             }
         }
         let data = self.term(&Term::Bound(0), &terms);

@@ -52,7 +52,11 @@ fn comments_names_and_the_order_of_arguments_do_not_matter() {
         0
     );
     assert_eq!(executed_after(|spec| spec.replace("model", "learned")), 0);
-    assert_eq!(executed_after(|spec| spec.replace("drawn", "shown")), 0);
+    assert_eq!(
+        executed_after(|spec| spec.replace("drawn", "shown")),
+        2,
+        "a name that a legend shows is drawn anew, and nothing else"
+    );
     assert_eq!(executed_after(|spec| spec.replace("(data[seed: 0]", "( // why\n data[seed:0]")), 0);
     assert_eq!(
         executed_after(|spec| spec.replace("on: data, steps: 20", "steps: 20, on: data")),

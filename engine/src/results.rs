@@ -241,6 +241,20 @@ fn keep(
 }
 
 impl Results {
+    /// The nodes that failed for each reason, both in order of the first such node.
+    pub(crate) fn failed(&self) -> Vec<(&str, Vec<&str>)> {
+        let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+        let mut places = BTreeMap::new();
+        for (node, why) in &self.failures {
+            let place = *places.entry(why).or_insert(reasons.len());
+            if place == reasons.len() {
+                reasons.push((why, Vec::new()));
+            }
+            reasons[place].1.push(node);
+        }
+        reasons
+    }
+
     /// The files that show figures and tables: path below the results' folder, and digest.
     #[must_use]
     pub fn files(&self) -> BTreeMap<String, String> {

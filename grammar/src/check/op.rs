@@ -196,7 +196,7 @@ impl<'a> Checker<'a> {
             let value = self.expr(at, item);
             let id = self.accepted(at, decl, arg, port, value, item.span);
             sound &= id.is_some();
-            fed.extend(id.map(|id| (id, item.span, self.measure(at, item))));
+            fed.extend(id.map(|id| (id, item.span, self.spoken(at, item))));
         }
         sound.then_some(fed)
     }
@@ -248,15 +248,17 @@ impl<'a> Checker<'a> {
         (!makers.is_empty()).then(|| format!("a {artifact} comes from {}", makers.join(", ")))
     }
 
-    /// The name under which a value travels to figures and tables: that of the measure, or of the
-    /// published numbers, that it is or is a part of. Other names are bindings, which no key may depend on.
-    fn measure(&mut self, at: &At, expr: &ast::Expr) -> String {
+    /// The name under which a value travels to figures and tables, which show it: that of the item that it is or is
+    /// a part of.
+    fn spoken(&mut self, at: &At, expr: &ast::Expr) -> String {
         match &expr.kind {
-            ExprKind::Select { base, .. } => self.measure(at, base),
+            ExprKind::Select { base, .. } => self.spoken(at, base),
             _ => match self.item_of(at, expr).map(|(_, item)| &item.kind) {
-                Some(ItemKind::Measure { name, .. } | ItemKind::Published { name, .. }) => {
-                    name.value.clone()
-                }
+                Some(
+                    ItemKind::Let { name, .. }
+                    | ItemKind::Measure { name, .. }
+                    | ItemKind::Published { name, .. },
+                ) => name.value.clone(),
                 _ => String::new(),
             },
         }

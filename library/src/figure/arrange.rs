@@ -127,12 +127,25 @@ fn rid_of(dim: &str, remedy: &str) -> String {
 
 /// One text a coordinate of the product of dimensions, last fastest; one empty text for none.
 pub(super) fn labels(dims: &[Dim]) -> Vec<String> {
+    texts(dims, |dim, i| dim.labels.text(i))
+}
+
+/// As [`labels`], with the names of the dimensions: `n = 5, ke = WCM`.
+pub(super) fn coordinates(dims: &[Dim]) -> Vec<String> {
+    texts(dims, |dim, i| format!("{} = {}", dim.name, dim.labels.text(i)))
+}
+
+fn texts(dims: &[Dim], text: impl Fn(&Dim, usize) -> String) -> Vec<String> {
     dims.iter().fold(vec![String::new()], |heads, dim| {
         let pair = |head: &String, i| match head.as_str() {
-            "" => dim.labels.text(i),
-            _ => format!("{head}, {}", dim.labels.text(i)),
+            "" => text(dim, i),
+            _ => format!("{head}, {}", text(dim, i)),
         };
-        heads.iter().flat_map(|head| (0..dim.len()).map(move |i| pair(head, i))).collect()
+        heads
+            .iter()
+            .flat_map(|head| (0..dim.len()).map(move |i| (head, i)))
+            .map(|(h, i)| pair(h, i))
+            .collect()
     })
 }
 

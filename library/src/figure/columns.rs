@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ivx_op::{Dim, OpError};
 
-use super::arrange::{Arranged, called, labels, names};
+use super::arrange::{Arranged, called, coordinates, labels, names};
 use super::interval::Estimate;
 
 /// One column: its head and a cell for each row.
@@ -109,16 +109,16 @@ pub(super) fn columns(values: &[Arranged], single: bool, best: Best) -> Vec<Colu
     let mut columns = Vec::new();
     for Arranged { name, rest, inner, over_seed, cells, .. } in values {
         let inner = [rest.as_slice(), inner].concat();
-        let labels = labels(&inner);
-        for (i, label) in labels.iter().enumerate() {
+        let n = labels(&inner).len();
+        for (i, (place, coordinate)) in
+            labels(&inner).into_iter().zip(coordinates(&inner)).enumerate()
+        {
             let head = match (inner.is_empty(), single) {
                 (true, _) => name.to_owned(),
-                (false, true) => label.clone(),
-                (false, false) => format!("{name}, {label}"),
+                (false, true) => coordinate,
+                (false, false) => format!("{name}, {coordinate}"),
             };
-            let cells =
-                cells.iter().skip(i).step_by(labels.len()).map(|cell| Some(*cell)).collect();
-            let place = label.clone();
+            let cells = cells.iter().skip(i).step_by(n).map(|cell| Some(*cell)).collect();
             columns.push(Column { head, place, over_seed: *over_seed, best, cells });
         }
     }

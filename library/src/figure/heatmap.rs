@@ -16,7 +16,7 @@ declare! {
     ///
     /// Without `y`, the labels of `x` are laid out as the places of a grid, row after row from the top. A
     /// cell whose value is not finite is crossed out.
-    pub struct Heatmap = "heatmap" @ 3 -> Figure {
+    pub struct Heatmap = "heatmap" @ 4 -> Figure {
         /// What the colours say.
         z: Everything<Array>;
         /// The axis along the bottom; alone, the places of a grid.

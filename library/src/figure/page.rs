@@ -139,7 +139,14 @@ fn size(drawing: &Drawing, columns: usize, named: bool) -> (f64, f64) {
         let side = |n: f64, room: f64| (room / n).min(largest);
         let (wide, high) = (side(across, room), side(down, room.min(300.0)));
         let square = wide.min(high).max(wide / 3.0).max(high / 3.0);
-        return (across * square.min(wide), down * square.min(high));
+        // It is broader, if that gives room for what all of them say.
+        let said = marks().map(|mark| match mark {
+            Mark::Cell { value, .. } => width(value, 10.0) + 6.0,
+            _ => 0.0,
+        });
+        let said = said.fold(0.0, f64::max);
+        let broad = if said <= room / across { said } else { 0.0 };
+        return (across * square.min(wide).max(broad), down * square.min(high));
     }
     if !named {
         let room_for_names = count(n_names) * (5.0 * count(n_series)).max(16.0);

@@ -24,7 +24,7 @@ declare! {
     ///
     /// The LaTeX is UTF-8, the default of LaTeX, and needs `booktabs` alone: Greek letters and signs of mathematics
     /// are set in math, other letters that pdfLaTeX's font lacks need XeLaTeX or LuaLaTeX.
-    pub struct Tabulate = "table" @ 7 -> Table {
+    pub struct Tabulate = "table" @ 8 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -219,12 +219,12 @@ mod tests {
             &[1.0, 2.0, 3.0, f64::NAN],
         );
         let md = "\
-| ke  |  a,b |  c\"d |
-| --- | ---: | ---: |
-| WCM | 1.00 | 3.00 |
-| MA  | 2.00 |  NaN |
+| ke  | task = a,b | task = c\"d |
+| --- | ---------: | ---------: |
+| WCM |       1.00 |       3.00 |
+| MA  |       2.00 |        NaN |
 ";
-        let csv = "ke,\"a,b\",\"c\"\"d\"\nWCM,1.0,3.0\nMA,2.0,NaN\n";
+        let csv = "ke,\"task = a,b\",\"task = c\"\"d\"\nWCM,1.0,3.0\nMA,2.0,NaN\n";
         check(&table(vec![("gap", gap)], &["task"]).unwrap(), md, csv);
     }
 
@@ -234,13 +234,13 @@ mod tests {
         let dims: [(&str, &[&str]); 2] = [("ke", &["MA", "CVaR", "WCM"]), ("task", &["a", "b"])];
         let theirs = value(&dims, &[21.0, 22.0, 9.0, 9.0, f64::NAN, 12.0]);
         let md = "\
-| ke  |    a | paper, a | paper, b |
-| --- | ---: | -------: | -------: |
-| WCM | 1.00 |          |    12.00 |
-| MA  | 2.00 |    21.00 |    22.00 |
-| new | 3.00 |          |          |
+| ke  | task = a | paper, task = a | paper, task = b |
+| --- | -------: | --------------: | --------------: |
+| WCM |     1.00 |                 |           12.00 |
+| MA  |     2.00 |           21.00 |           22.00 |
+| new |     3.00 |                 |                 |
 ";
-        let csv = "ke,a,\"paper, a\",\"paper, b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
+        let csv = "ke,task = a,\"paper, task = a\",\"paper, task = b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
         check(&table_beside(vec![("gap", ours)], &[], vec![("paper", theirs)]).unwrap(), md, csv);
     }
 
