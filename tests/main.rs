@@ -1,5 +1,6 @@
 //! Tests that cross the boundaries of ivx's crates.
 
+mod addresses;
 mod archives;
 mod cases;
 mod claims;
