@@ -44,7 +44,7 @@ pub(crate) fn run(text: &str, registry: &Registry) {
 }
 
 fn external(kind: ExternalKind, name: &str) -> External {
-    let file = External::file(name.to_owned(), Vec::new());
+    let file = External::file(name.to_owned(), Vec::new(), false);
     match kind {
         ExternalKind::File => file,
         ExternalKind::Program => External { content: Content::Program(name.into()), ..file },

@@ -1,5 +1,6 @@
 //! What a person sees while a spec runs: a bar on a terminal, plain lines elsewhere.
 
+use std::collections::BTreeMap;
 use std::io::{IsTerminal as _, Write};
 use std::time::{Duration, Instant};
 
@@ -21,6 +22,8 @@ pub(crate) struct Progress<'a> {
     nodes: u64,
     done: u64,
     hits: u64,
+    /// What was told of nodes that failed: the first of each kind, and how many more there were.
+    failed: BTreeMap<String, (String, usize)>,
 }
 
 impl<'a> Progress<'a> {
@@ -31,11 +34,18 @@ impl<'a> Progress<'a> {
         let bar =
             terminal.then(|| ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()));
         let jobs = jobs.max(1) as u64;
-        Self { err, bar, jobs, started: now, last_line: now, nodes: 0, done: 0, hits: 0 }
+        let failed = BTreeMap::new();
+        Self { err, bar, jobs, started: now, last_line: now, nodes: 0, done: 0, hits: 0, failed }
     }
 
     /// Ends the following.
-    pub(crate) fn finish(self) {
+    pub(crate) fn finish(mut self) {
+        for (first, n_more) in std::mem::take(&mut self.failed).into_values() {
+            let nodes = if n_more == 1 { "node" } else { "nodes" };
+            if n_more > 0 {
+                self.say(&format!("failed: {n_more} more {nodes} like {first}"));
+            }
+        }
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
         }
@@ -96,7 +106,14 @@ impl Listen for Progress<'_> {
             }
             Event::Failed { address, why } => {
                 self.done += 1;
-                self.say(&format!("failed: {}: {why}", visible(address)));
+                match self.failed.get_mut(why) {
+                    Some((_, n_more)) => *n_more += 1,
+                    None => {
+                        let address = visible(address);
+                        self.say(&format!("failed: {address}: {why}"));
+                        self.failed.insert(why.to_owned(), (address, 0));
+                    }
+                }
             }
             Event::Skipped { .. } => self.done += 1,
             Event::Noted { what } => self.say(&format!("note: {what}")),
@@ -144,9 +161,12 @@ mod tests {
         let mut err = Vec::new();
         let mut progress = Progress::new(&mut err, 2);
         progress.bar = None;
-        progress.event(Event::Planned { nodes: 3 });
-        progress.event(Event::Failed { address: "e/x", why: "no data" });
+        progress.event(Event::Planned { nodes: 9 });
+        for (address, why) in [("e/x", "no data"), ("e/y", "no disk"), ("e/z", "no data")] {
+            progress.event(Event::Failed { address, why });
+        }
         progress.finish();
-        assert_eq!(String::from_utf8_lossy(&err), "failed: e/x: no data\n");
+        let expected = "failed: e/x: no data\nfailed: e/y: no disk\nfailed: 1 more node like e/x\n";
+        assert_eq!(String::from_utf8_lossy(&err), expected);
     }
 }

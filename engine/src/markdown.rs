@@ -23,9 +23,7 @@ pub(crate) fn markdown(spec: &Spec, report: &Report) -> String {
         page.push(format!("## {}", plain(&experiment.name)));
         self::experiment(spec, experiment, found, report, &mut page);
     }
-    let failures =
-        results.failures.iter().map(|(node, why)| format!("{}: {}", code(node), plain(why)));
-    page.extend(list("## Failures", failures));
+    page.extend(list("## Failures", results.failed().into_iter().map(failure)));
     page.retain(|paragraph| !paragraph.is_empty());
     page.join("\n\n") + "\n"
 }
@@ -66,6 +64,22 @@ fn experiment(
     }
     let claims = experiment.claims.iter().map(|output| claim(output, &found.claims[&output.name]));
     page.extend(list("### Claims", claims));
+}
+
+/// What failed for one reason. What programs said stands as they said it.
+fn failure((why, nodes): (&str, Vec<&str>)) -> String {
+    let more = match nodes.len() - 1 {
+        0 => String::new(),
+        n => format!(" and {n} more like it"),
+    };
+    let (first, rest) = why.split_once('\n').unwrap_or((why, ""));
+    let item = format!("{}{more}: {}", code(nodes[0]), plain(first));
+    if rest.is_empty() {
+        return item;
+    }
+    let n = rest.split(|c| c != '`').map(str::len).max().unwrap_or(0).max(2) + 1;
+    let fence = "`".repeat(n);
+    format!("{item}\n\n{fence}text\n{rest}\n{fence}")
 }
 
 /// Adds a figure or table under its own heading.

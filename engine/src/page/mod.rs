@@ -107,8 +107,14 @@ fn nodes(outcome: &Outcome, origin: &Origin) -> String {
 }
 
 fn failures(report: &Report) -> Option<String> {
-    let each = report.results.failures.iter();
-    let each = each.map(|(node, why)| format!("<li>{}: {}</li>", code(node), escape(why)));
+    let each = report.results.failed().into_iter().map(|(why, nodes)| {
+        let more = if let n @ 1.. = nodes.len() - 1 {
+            format!(" and {n} more like it")
+        } else {
+            String::new()
+        };
+        format!("<li>{}{more}: {}</li>", code(nodes[0]), escape(why))
+    });
     let each: String = each.collect();
     let any = !each.is_empty();
     any.then(|| {

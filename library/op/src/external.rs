@@ -25,8 +25,13 @@ pub struct External {
 /// What stands behind a name outside the spec.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// The bytes of a file.
-    File(Arc<[u8]>),
+    /// A file.
+    File {
+        /// Its bytes.
+        bytes: Arc<[u8]>,
+        /// Whether it may be executed.
+        is_executable: bool,
+    },
     /// Where a program lies.
     Program(PathBuf),
     /// The value of a variable; none where it is not set.
@@ -47,9 +52,9 @@ pub enum ExternalKind {
 impl External {
     /// A file with these bytes.
     #[must_use]
-    pub fn file(name: String, bytes: Vec<u8>) -> Self {
+    pub fn file(name: String, bytes: Vec<u8>, is_executable: bool) -> Self {
         let digest = Sha256::digest(&bytes).into();
-        Self { name, digest, content: Content::File(bytes.into()) }
+        Self { name, digest, content: Content::File { bytes: bytes.into(), is_executable } }
     }
 
     /// A variable and its value.
@@ -67,7 +72,7 @@ impl External {
     #[must_use]
     pub fn kind(&self) -> ExternalKind {
         match self.content {
-            Content::File(_) => ExternalKind::File,
+            Content::File { .. } => ExternalKind::File,
             Content::Program(_) => ExternalKind::Program,
             Content::Variable(_) => ExternalKind::Variable,
         }
@@ -106,14 +111,16 @@ impl fmt::Display for ExternalKind {
     }
 }
 
-/// Its name and its digest: what a key knows of it.
+/// Its name, its digest and whether it may be executed: what a key knows of it.
 impl fmt::Display for External {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Keys of many thousand nodes are made of this.
         let digit = |nibble: u8| char::from(b"0123456789abcdef"[usize::from(nibble)]);
         let digits = self.digest.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]);
         let digest: String = digits.collect();
-        write!(f, "{:?} sha256:{digest}", self.name)
+        write!(f, "{:?} sha256:{digest}", self.name)?;
+        let is_executable = matches!(self.content, Content::File { is_executable: true, .. });
+        f.write_str(if is_executable { " executable" } else { "" })
     }
 }
 
@@ -184,10 +191,12 @@ mod tests {
 
     #[test]
     fn a_key_knows_the_name_and_the_digest() {
-        let file = External::file("train.py".into(), b"abc".to_vec());
+        let file = |is_executable| External::file("run".into(), b"abc".to_vec(), is_executable);
         // SHA-256 of "abc", FIPS 180-2 appendix B.1.
         let digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(Lit::External(file.into()).to_string(), format!("\"train.py\" sha256:{digest}"));
+        let shown = |is_executable| Lit::External(file(is_executable).into()).to_string();
+        assert_eq!(shown(false), format!("\"run\" sha256:{digest}"));
+        assert_eq!(shown(true), format!("\"run\" sha256:{digest} executable"));
         let variable = |value: Option<&str>| External::variable("A".into(), value.map(Into::into));
         assert_ne!(variable(None).digest, variable(Some("")).digest);
         assert_ne!(variable(Some("x")).digest, variable(Some("")).digest);
@@ -195,7 +204,7 @@ mod tests {
 
     #[test]
     fn only_the_kind_asked_for_is_taken() {
-        let file = Lit::External(External::file("a".into(), Vec::new()).into());
+        let file = Lit::External(External::file("a".into(), Vec::new(), false).into());
         assert!(File::from_lit(&file).is_ok() && Program::from_lit(&file).is_err());
         assert_eq!(Option::<File>::from_lit(&Lit::from("")), Ok(None));
         assert!(Option::<File>::from_lit(&Lit::from("a")).is_err());

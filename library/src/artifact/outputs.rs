@@ -7,13 +7,26 @@ use ivx_op::{Artifact, Data, Tensors};
 /// The files that a program wrote and that were asked for.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Outputs {
-    /// Their bytes by name.
-    pub files: BTreeMap<String, Vec<u8>>,
+    /// They themselves, by name.
+    pub files: BTreeMap<String, Blob>,
 }
 
 /// One file, whatever is in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Blob(pub Vec<u8>);
+pub struct Blob {
+    /// What is in it.
+    pub bytes: Vec<u8>,
+    /// Whether it may be executed.
+    pub is_executable: bool,
+}
+
+impl Blob {
+    /// A file that nobody executes.
+    #[must_use]
+    pub fn plain(bytes: Vec<u8>) -> Self {
+        Self { bytes, is_executable: false }
+    }
+}
 
 impl Artifact for Outputs {
     const KIND: &'static str = "Outputs";
@@ -21,16 +34,17 @@ impl Artifact for Outputs {
     fn encode(&self) -> Vec<u8> {
         // An array may not bear every name, so that the names are facts.
         let arrays = self.files.values().enumerate();
-        let arrays = arrays.map(|(i, bytes)| (i.to_string(), Data::U8(bytes.clone())));
-        let names: Vec<&String> = self.files.keys().collect();
+        let arrays = arrays.map(|(i, file)| (i.to_string(), Data::U8(file.bytes.clone())));
+        let names: Vec<(&String, bool)> =
+            self.files.iter().map(|(name, file)| (name, file.is_executable)).collect();
         Tensors { arrays: arrays.collect() }.encode(Self::KIND, &names)
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
-        let (mut tensors, names) = Tensors::decode::<Vec<String>>(Self::KIND, bytes)?;
-        let files = names.into_iter().enumerate().map(|(i, name)| {
+        let (mut tensors, names) = Tensors::decode::<Vec<(String, bool)>>(Self::KIND, bytes)?;
+        let files = names.into_iter().enumerate().map(|(i, (name, is_executable))| {
             match tensors.arrays.remove(&i.to_string())? {
-                Data::U8(bytes) => Some((name, bytes)),
+                Data::U8(bytes) => Some((name, Blob { bytes, is_executable })),
                 _ => None,
             }
         });
@@ -42,14 +56,14 @@ impl Artifact for Blob {
     const KIND: &'static str = "File";
 
     fn encode(&self) -> Vec<u8> {
-        let arrays = [("bytes".to_owned(), Data::U8(self.0.clone()))];
-        Tensors { arrays: arrays.into() }.encode(Self::KIND, &())
+        let arrays = [("bytes".to_owned(), Data::U8(self.bytes.clone()))];
+        Tensors { arrays: arrays.into() }.encode(Self::KIND, &self.is_executable)
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
-        let (mut tensors, ()) = Tensors::decode(Self::KIND, bytes)?;
+        let (mut tensors, is_executable) = Tensors::decode(Self::KIND, bytes)?;
         match tensors.arrays.remove("bytes")? {
-            Data::U8(bytes) => Some(Self(bytes)),
+            Data::U8(bytes) => Some(Self { bytes, is_executable }),
             _ => None,
         }
     }
@@ -61,11 +75,12 @@ mod tests {
 
     #[test]
     fn files_survive_the_round_trip_whatever_they_are_called() {
-        let files = ["a/b.json", "__metadata__", "ü"].map(|name| (name.to_owned(), name.into()));
+        let file = |name: &str| Blob { bytes: name.into(), is_executable: name == "ü" };
+        let files = ["a/b.json", "__metadata__", "ü"].map(|name| (name.to_owned(), file(name)));
         let outputs = Outputs { files: files.into() };
         assert_eq!(Outputs::decode(&outputs.encode()), Some(outputs));
-        let blob = Blob(vec![0, 255]);
+        let blob = Blob { bytes: vec![0, 255], is_executable: true };
         assert_eq!(Blob::decode(&blob.encode()), Some(blob));
-        assert_eq!(Outputs::decode(&Blob(Vec::new()).encode()), None);
+        assert_eq!(Outputs::decode(&Blob::plain(Vec::new()).encode()), None);
     }
 }

@@ -29,22 +29,32 @@ pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
     let mut lines = text.lines();
     let header = lines.next().filter(|line| !line.trim().is_empty());
     let header = header.ok_or("its first line has no names of columns")?;
-    let names: Vec<&str> = header.split(',').map(|name| unquoted(name.trim())).collect();
+    let names = fields(header).map_err(|why| format!("line 1 {why}"))?;
+    if let [one] = &names[..]
+        && let Some(delimiter) = [';', '\t', '|'].into_iter().find(|c| one.contains(*c))
+    {
+        let name = if delimiter == '\t' { "tabs".to_owned() } else { format!("`{delimiter}`") };
+        return Err(format!(
+            "its columns are separated by {name}: write `,` between them, and `.` in numbers"
+        ));
+    }
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for (number, line) in (2..).zip(lines) {
-        let values: Vec<&str> = line.split(',').map(|value| unquoted(value.trim())).collect();
+        let values = fields(line).map_err(|why| format!("line {number} {why}"))?;
         if values.len() != names.len() {
             let (n, columns) = (values.len(), names.len());
-            return Err(format!("line {number} has {n} values for {columns} columns"));
+            let why = format!("line {number} has {n} values for {columns} columns");
+            return Err(if line.trim().is_empty() { format!("{why}: it is empty") } else { why });
         }
-        for (column, value) in columns.iter_mut().zip(values) {
-            column.push(exact(value).map_err(|why| format!("line {number} {why}"))?);
+        for ((column, value), name) in columns.iter_mut().zip(values).zip(&names) {
+            let value = exact(&value);
+            column.push(value.map_err(|why| format!("line {number}, column `{name}`: {why}"))?);
         }
     }
     let n = columns.first().map_or(0, Vec::len);
     let mut read = BTreeMap::new();
     for (name, column) in names.into_iter().zip(columns) {
-        if read.insert(name.to_owned(), (vec![n], column)).is_some() {
+        if read.insert(name.clone(), (vec![n], column)).is_some() {
             return Err(format!("two columns are called `{name}`"));
         }
     }
@@ -53,9 +63,24 @@ pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
 
 /// The number that a text is; a whole one that would be rounded is none.
 fn exact(text: &str) -> Result<f64, String> {
-    let value = text.parse().map_err(|_| "has a value that is no number".to_owned())?;
+    let value = text.parse().map_err(|_| no_number(text))?;
     let is_exact = !is_whole(text) || text.parse().ok().and_then(ivx_op::exact).is_some();
-    if is_exact { Ok(value) } else { Err(too_large(text)) }
+    if is_exact { Ok(value) } else { Err(format!("it {}", too_large(text))) }
+}
+
+fn no_number(text: &str) -> String {
+    let (folded, point) = (text.to_ascii_lowercase(), text.replacen(',', ".", 1));
+    match &*folded {
+        "" => "there is none: leave such rows out".to_owned(),
+        "na" | "n/a" | "null" | "none" | "-" | "." | "?" | "missing" => {
+            format!("`{text}` is no number: leave such rows out")
+        }
+        "true" | "false" => format!("`{text}` is no number: write 1 for true and 0 for false"),
+        _ if point.parse::<f64>().is_ok() => {
+            format!("`{text}` is no number: write `{point}`, with a point")
+        }
+        _ => format!("`{}` is no number", text.chars().take(40).collect::<String>()),
+    }
 }
 
 /// Whether a number is written as a whole one, without a point or a power of ten.
@@ -64,8 +89,40 @@ pub(super) fn is_whole(number: &str) -> bool {
     !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-fn unquoted(text: &str) -> &str {
-    text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
+/// The fields of a line, without blanks and quotes around them (RFC 4180).
+fn fields(line: &str) -> Result<Vec<String>, String> {
+    let mut fields = Vec::new();
+    let mut rest = line;
+    loop {
+        rest = rest.trim_start_matches([' ', '\t']);
+        let field = match rest.strip_prefix('"') {
+            None => {
+                let end = rest.find(',').unwrap_or(rest.len());
+                let field = rest[..end].trim().to_owned();
+                rest = &rest[end..];
+                field
+            }
+            Some(mut inside) => {
+                let mut field = String::new();
+                loop {
+                    let end = inside.find('"').ok_or("has a quote that does not end")?;
+                    field.push_str(&inside[..end]);
+                    inside = &inside[end + 1..];
+                    let Some(more) = inside.strip_prefix('"') else { break };
+                    field.push('"');
+                    inside = more;
+                }
+                rest = inside.trim_start();
+                field.trim().to_owned()
+            }
+        };
+        fields.push(field);
+        match rest.strip_prefix(',') {
+            Some(after) => rest = after,
+            None if rest.is_empty() => return Ok(fields),
+            None => return Err(format!("has `{rest}` behind a quote that ended")),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -92,7 +149,9 @@ mod tests {
     #[test]
     fn other_writers_are_understood() {
         let expected = Columns::from([("a b".to_owned(), (vec![2], vec![1.0, 2.5]))]);
-        assert_eq!(read(b"\xef\xbb\xbf\"a b\"\r\n1\r\n 2.5 \r\n"), Ok(expected));
+        assert_eq!(read(b"\xef\xbb\xbf\"a b\"\r\n1\r\n 2.5 \r\n"), Ok(expected.clone()));
+        assert_eq!(read(b" a b \n \"1\" \n\"2.5\""), Ok(expected));
+        assert!(read(b"\"a \"\"b\"\", c\",y\n1,2\n").unwrap().contains_key("a \"b\", c"));
     }
 
     #[test]
@@ -103,11 +162,22 @@ mod tests {
         };
         check("", "no names of columns");
         check("x,y\n1\n", "line 2 has 1 values for 2 columns");
-        check("x,y\n1,2\n1,two\n", "line 3 has a value that is no number");
-        check("x,y\n1,2\n\n", "line 3 has 1 values");
+        check("x,y\n1,2\n1,two\n", "line 3, column `y`: `two` is no number");
+        check("x,y\n1,NA\n", "line 2, column `y`: `NA` is no number: leave such rows out");
+        check("x,y\n,1\n", "line 2, column `x`: there is none: leave such rows out");
+        check(
+            "x,y\n\"1,5\",2\n",
+            "line 2, column `x`: `1,5` is no number: write `1.5`, with a point",
+        );
+        check("x,y\nTrue,2\n", "column `x`: `True` is no number: write 1 for true");
+        check("x;y\n1;2\n", "its columns are separated by `;`: write `,` between them");
+        check("x\ty\n1\t2\n", "separated by tabs");
+        check("x,y\n\"1,2\n", "line 2 has a quote that does not end");
+        check("x,y\n\"1\"2,2\n", "line 2 has `2,2` behind a quote that ended");
+        check("x,y\n1,2\n\n", "line 3 has 1 values for 2 columns: it is empty");
         check(
             "x\n9007199254740992\n-9007199254740993\n",
-            "line 3 holds -9007199254740993, which is too large",
+            "line 3, column `x`: it holds -9007199254740993, which is too large",
         );
         check("x\n100000000000000000000000\n", "too large to be exact");
         check("x,x\n1,2\n", "two columns are called `x`");

@@ -9,6 +9,9 @@ use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
+use super::outside;
+use crate::artifact::Blob;
+
 /// Most bytes of all outputs together: they are held in memory.
 pub(super) const MAX_OUTPUT: usize = 256 << 20;
 
@@ -55,16 +58,25 @@ impl Folder {
     }
 
     /// Writes a file that the program finds.
-    pub(super) fn put(&mut self, name: &str, bytes: &[u8]) -> Result<(), String> {
+    pub(super) fn put(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        is_executable: bool,
+    ) -> Result<(), String> {
         let path = self.take(name)?;
         let path = self.path.join(path);
         let written = path.parent().map_or(Ok(()), fs::create_dir_all);
         let written = written.and_then(|()| fs::write(&path, bytes));
+        let written = written.and_then(|()| match is_executable {
+            true => fs::set_permissions(&path, fs::Permissions::from_mode(0o755)),
+            false => Ok(()),
+        });
         written.map_err(|error| format!("`{name}` cannot be written: {error}"))
     }
 
-    /// The bytes of a file that the program wrote: a regular one, in the folder itself.
-    pub(super) fn collect(&mut self, name: &Path) -> Result<Vec<u8>, String> {
+    /// A file that the program wrote: a regular one, in the folder itself.
+    pub(super) fn collect(&mut self, name: &Path) -> Result<Blob, String> {
         let shown = name.display();
         let about = |error: std::io::Error| match error.kind() {
             ErrorKind::NotFound | ErrorKind::NotADirectory => format!("`{shown}` was not written"),
@@ -91,7 +103,7 @@ impl Folder {
             (&mut file).take(self.room as u64 + 1).read_to_end(&mut bytes).map_err(about)?;
         }
         self.fits(length.max(bytes.len()))?;
-        Ok(bytes)
+        Ok(Blob { bytes, is_executable: outside::is_executable(&opened) })
     }
 
     /// Counts bytes of outputs.
@@ -127,7 +139,7 @@ fn unlock(folder: &Path) {
 }
 
 /// The path of a name in the folder.
-fn relative(name: &str) -> Result<PathBuf, String> {
+pub(super) fn relative(name: &str) -> Result<PathBuf, String> {
     let path = Path::new(name);
     let plain = path.components().all(|part| matches!(part, Component::Normal(_)));
     let sound = plain && !name.is_empty() && !name.ends_with('/') && !name.contains('\0');
@@ -145,11 +157,11 @@ mod tests {
     fn names_stay_inside_and_are_given_once() {
         let mut folder = Folder::new().unwrap();
         for wrong in ["", "/etc/passwd", "../x", "a/../b", "./a", "a/", "a\0b"] {
-            assert!(folder.put(wrong, b"").is_err(), "{wrong}");
+            assert!(folder.put(wrong, b"", false).is_err(), "{wrong}");
         }
-        folder.put("a/b", b"x").unwrap();
-        assert!(folder.put("a/b", b"x").unwrap_err().contains("two files"));
-        assert!(folder.put("a", b"x").unwrap_err().contains("cannot be written"));
+        folder.put("a/b", b"x", false).unwrap();
+        assert!(folder.put("a/b", b"x", false).unwrap_err().contains("two files"));
+        assert!(folder.put("a", b"x", false).unwrap_err().contains("cannot be written"));
     }
 
     #[test]
@@ -162,7 +174,7 @@ mod tests {
         symlink(elsewhere.path().join("secret"), path.join("link")).unwrap();
         symlink(elsewhere.path(), path.join("there")).unwrap();
         fs::create_dir(path.join("folder")).unwrap();
-        assert_eq!(folder.collect(Path::new("own")), Ok(b"o".to_vec()));
+        assert_eq!(folder.collect(Path::new("own")), Ok(Blob::plain(b"o".to_vec())));
         let mut why = |name: &str| folder.collect(Path::new(name)).unwrap_err();
         assert!(why("link").contains("is a link"));
         assert!(why("there/secret").contains("outside the working folder"));

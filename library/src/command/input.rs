@@ -11,11 +11,11 @@ use crate::artifact::{Blob, Dataset};
 
 /// A file that a program is given.
 pub trait Input: Debug + Send + Sync {
-    /// Its name in the working folder, and its bytes.
+    /// Its name in the working folder, and it itself.
     ///
     /// # Errors
     /// If what it is made of cannot be written so.
-    fn write(&self) -> Result<(String, Vec<u8>), OpError>;
+    fn write(&self) -> Result<(String, Blob), OpError>;
 }
 
 declare! {
@@ -23,10 +23,10 @@ declare! {
     ///
     /// - `.csv` and `.npz`: a `Dataset`, with the columns or arrays `x` and `y`.
     /// - `.json`: a number, or an array as `dims` and `values`, last dimension fastest. What is not finite is
-    ///   one of the texts `"NaN"`, `"inf"` and `"-inf"`.
+    ///   one of the texts `"NaN"`, `"Infinity"` and `"-Infinity"`.
     /// - `.safetensors`: a `Dataset`, a `Model` or anything else but a `File`.
-    /// - Any: a `File`, as it is.
-    pub struct AsFile = "as_file" @ 2 {
+    /// - Any: a `File`, as it is; one that may be executed still may.
+    pub struct AsFile = "as_file" @ 3 {
         /// What was computed, or a number.
         value: One<AnyArtifact>;
         /// Its name in the working folder.
@@ -35,13 +35,16 @@ declare! {
 }
 
 impl Input for AsFile {
-    fn write(&self) -> Result<(String, Vec<u8>), OpError> {
+    fn write(&self) -> Result<(String, Blob), OpError> {
         let AnyArtifact(bytes) = &self.value.0;
         let kind = kind_of(bytes).unwrap_or_default();
         let extension = self.name.rsplit_once('.').map_or("", |(_, extension)| extension);
         let read = |what: &str| OpError::Failed(format!("the {what} does not decode"));
+        if kind == Blob::KIND {
+            let file = Blob::decode(bytes).ok_or_else(|| read(&kind))?;
+            return Ok((self.name.clone(), file));
+        }
         let bytes = match (kind.as_str(), extension) {
-            (Blob::KIND, _) => Blob::decode(bytes).ok_or_else(|| read(&kind))?.0,
             (_, "safetensors") => bytes.clone(),
             (Dataset::KIND, "csv" | "npz") => {
                 let data = Dataset::decode(bytes).ok_or_else(|| read(&kind))?;
@@ -71,13 +74,17 @@ impl Input for AsFile {
                 return Err(OpError::Failed(why));
             }
         };
-        Ok((self.name.clone(), bytes))
+        Ok((self.name.clone(), Blob::plain(bytes)))
     }
 }
 
 pub(super) fn json_of(array: &Array) -> Vec<u8> {
-    // JSON has no numbers for what is not finite.
-    let number = |x: &f64| if x.is_finite() { json!(x) } else { json!(x.to_string()) };
+    // JSON has no numbers for what is not finite; these names are read as numbers by most languages.
+    let number = |x: &f64| match *x {
+        x if x.is_finite() => json!(x),
+        x if x.is_nan() => json!("NaN"),
+        x => json!(if x > 0.0 { "Infinity" } else { "-Infinity" }),
+    };
     let value = if array.dims.is_empty() {
         number(&array.values[0])
     } else {
@@ -111,7 +118,7 @@ mod tests {
 
     fn written(value: &impl Artifact, name: &str) -> Result<Vec<u8>, String> {
         let file = AsFile { value: One(AnyArtifact(value.encode())), name: name.to_owned() };
-        file.write().map(|(_, bytes)| bytes).map_err(|error| error.to_string())
+        file.write().map(|(_, file)| file.bytes).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -124,7 +131,7 @@ mod tests {
         let array = Array::series(Dim::new("k", names), vec![1.0, 2.5]);
         let expected = r#"{"dims":[{"labels":["u","v"],"name":"k"}],"values":[1.0,2.5]}"#;
         assert_eq!(String::from_utf8(written(&array, "a.json").unwrap()).unwrap(), expected);
-        assert_eq!(written(&Blob(b"b".to_vec()), "any.thing").unwrap(), b"b");
+        assert_eq!(written(&Blob::plain(b"b".to_vec()), "any.thing").unwrap(), b"b");
     }
 
     #[test]
@@ -132,6 +139,6 @@ mod tests {
         let why = written(&Model::Polynomial(vec![1.0]), "model.csv").unwrap_err();
         assert_eq!(why, "Model is not written as \"model.csv\"; end its name in `.safetensors`");
         assert!(written(&Array::scalar(1.0), "a").unwrap_err().contains("`.json`"));
-        assert_eq!(written(&Array::scalar(-f64::INFINITY), "a.json").unwrap(), b"\"-inf\"");
+        assert_eq!(written(&Array::scalar(-f64::INFINITY), "a.json").unwrap(), b"\"-Infinity\"");
     }
 }

@@ -40,7 +40,7 @@ pub fn file(name: &str, path: &Path) -> Result<External, String> {
         return Err(large());
     }
     let name = place(name).ok_or("has no name")?;
-    Ok(External::file(name, bytes))
+    Ok(External::file(name, bytes, is_executable(&found)))
 }
 
 /// Where a file appears in a working folder.
@@ -78,7 +78,12 @@ pub fn program(name: &str, search: &OsStr) -> Result<External, String> {
 }
 
 fn is_program(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| found.is_file() && found.mode() & 0o111 != 0)
+    fs::metadata(path).is_ok_and(|found| found.is_file() && is_executable(&found))
+}
+
+/// Whether somebody may execute a file.
+pub(super) fn is_executable(found: &Metadata) -> bool {
+    found.mode() & 0o111 != 0
 }
 
 /// The variable of this name.
@@ -147,7 +152,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x");
         fs::write(&path, "abc").unwrap();
-        assert_eq!(file("x", &path).unwrap(), External::file("x".into(), b"abc".to_vec()));
+        assert_eq!(file("x", &path).unwrap(), External::file("x".into(), b"abc".to_vec(), false));
         assert!(file("x", folder.path()).unwrap_err().contains("folder"));
         // As large as it claims to be, and empty on the disk.
         File::create(&path).unwrap().set_len(MAX_FILE + 1).unwrap();

@@ -278,19 +278,66 @@ fn signal_name(signal: i32) -> String {
     name.map(|(_, name)| format!(" ({name})")).unwrap_or_default()
 }
 
-/// The last lines of what was said, without what steers terminals.
+/// The last lines of what was said, as a terminal shows them.
 fn tail(said: &[u8]) -> String {
     let text = String::from_utf8_lossy(&said[said.len().saturating_sub(TAIL)..]);
-    let plain: String =
-        text.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect();
-    let lines: Vec<&str> = plain.trim_end().lines().collect();
+    let lines: Vec<String> = text.trim_end().split('\n').map(played).collect();
+    let lines = if lines.iter().all(String::is_empty) { &[] } else { &lines[..] };
     let last = &lines[lines.len().saturating_sub(TAIL_LINES)..];
     last.iter().map(|line| format!("    {line}")).collect::<Vec<_>>().join("\n")
+}
+
+/// A line as it looks in the end: bars of progress write over what they wrote. What steers terminals otherwise
+/// is left out.
+fn played(line: &str) -> String {
+    let mut shown: Vec<char> = Vec::new();
+    let mut at = 0_usize;
+    let mut chars = line.chars().peekable();
+    while let Some(c) = chars.next() {
+        match c {
+            '\r' => at = 0,
+            '\u{8}' => at = at.saturating_sub(1),
+            '\u{1b}' => match chars.next() {
+                Some('[') => {
+                    let mut is_inside = |c: &char| !('@'..='~').contains(c);
+                    let of: String = std::iter::from_fn(|| chars.next_if(&mut is_inside)).collect();
+                    match (chars.next(), &*of) {
+                        (Some('K'), "" | "0") => shown.truncate(at),
+                        (Some('K'), "2") => shown.clear(),
+                        _ => {}
+                    }
+                }
+                // A title of the window, until a bell or another escape.
+                Some(']') => while chars.next_if(|c| !matches!(c, '\u{7}' | '\u{1b}')).is_some() {},
+                _ => {}
+            },
+            c if c.is_control() && c != '\t' => {}
+            c => {
+                shown.resize(shown.len().max(at + 1), ' ');
+                shown[at] = c;
+                at += 1;
+            }
+        }
+    }
+    shown.into_iter().collect::<String>().trim_end().to_owned()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_are_shown_as_terminals_show_them() {
+        let check = |line: &str, expected: &str| assert_eq!(played(line), expected, "{line:?}");
+        check("10 %\r20 %\rdone", "done");
+        check("long line\rno", "nong line");
+        check("windows\r", "windows");
+        check("half\r\u{1b}[Kall", "all");
+        check("ab\u{8}c", "ac");
+        check("\u{1b}[1;31mred\u{1b}[0m \u{1b}]0;title\u{7}x\u{1b}", "red x");
+        check("a\u{1b}[2Kb", " b");
+        check("a\tb\u{0}", "a\tb");
+    }
 
     fn shell(script: &str, time_limit: f64, keep: Option<usize>) -> Result<String, String> {
         let mut command = Command::new("/bin/sh");
@@ -302,7 +349,7 @@ mod tests {
     fn a_program_says_how_it_went() {
         assert_eq!(shell("echo a; echo b >&2; echo c", 60.0, Some(100)).as_deref(), Ok("a\nc\n"));
         let why = shell("echo one >&2; printf 'two\\033[2J\\n' >&2; exit 3", 60.0, None);
-        let expected = "`sh` ended with exit code 3; its standard error ends:\n    one\n    two[2J";
+        let expected = "`sh` ended with exit code 3; its standard error ends:\n    one\n    two";
         assert_eq!(why.unwrap_err(), expected);
         let why = shell("kill -9 $$", 60.0, None).unwrap_err();
         assert_eq!(why, "`sh` was killed by signal 9 (SIGKILL)");

@@ -2,15 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::Command;
 
-use ivx_op::{Content, Ctx, File, How, Op, OpError, Program, Word, declare};
+use ivx_op::{
+    Content, Ctx, Facts, File, How, Lit, Literal as _, Op, OpError, Program, Shapes, Word, Wrong,
+    declare,
+};
 
-use super::folder::{Folder, MAX_OUTPUT};
+use super::folder::{Folder, MAX_OUTPUT, relative};
 use super::input::Input;
 use super::setting::Setting;
 use super::{outside, process};
-use crate::artifact::Outputs;
+use crate::artifact::{Blob, Outputs};
 
 declare! {
     /// The files that a program leaves behind, run in an empty folder with the files and variables
@@ -19,12 +23,12 @@ declare! {
     /// The program runs again when its name or its bytes, an argument, a file, an input or a
     /// variable is another. Where `seed` is mentioned it varies over `seed`, and nowhere else. What
     /// it reads beyond this is not contained and not known. `docs/command.md` tells all of it.
-    pub struct RunProgram = "command" @ 1 -> Outputs {
+    pub struct RunProgram = "command" @ 2 -> Outputs {
         /// A program found in PATH, or its absolute path, in quotes.
         program: Program;
         /// What follows its name; no shell reads it.
         args: Vec<Word> = Vec::<i64>::new();
-        /// Files beside the spec that the program finds in its folder, in quotes.
+        /// Files beside the spec that the program finds in its folder, in quotes; those that may be executed still may.
         files: Vec<File> = Vec::<i64>::new();
         /// What was computed before, as files.
         inputs: Vec<Box<dyn Input>> = Vec::<i64>::new();
@@ -40,6 +44,49 @@ declare! {
         /// After so long it is killed.
         time_limit: How<f64> = 3600.0, in f64::MIN_POSITIVE.., unit "seconds";
     }
+    rule names_are_given_once;
+    shapes outputs;
+}
+
+/// The outputs by name, for what reads them.
+fn outputs(facts: &Facts<'_>) -> Option<Shapes> {
+    let mut names = facts.arg::<Vec<String>>("outputs")?;
+    names.extend(facts.arg::<String>("stdout").filter(|name| !name.is_empty()));
+    Some(names.into_iter().map(|name| (name, Vec::new())).collect())
+}
+
+/// Every file in the working folder has a name of its own, whoever wrote it.
+fn names_are_given_once(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let files = facts.arg::<Vec<File>>("files").unwrap_or_default();
+    let lock = facts.arg::<Option<File>>("lock").flatten();
+    let inputs = match facts.args.get("inputs") {
+        Some(Lit::List(inputs)) => inputs.as_slice(),
+        _ => &[],
+    };
+    let input = |input: &Lit| match input {
+        Lit::Part(part) => part.args.get("name").and_then(|name| String::from_lit(name).ok()),
+        _ => None,
+    };
+    let outputs = facts.arg::<Vec<String>>("outputs").unwrap_or_default();
+    let stdout = facts.arg::<String>("stdout").filter(|name| !name.is_empty());
+    let all = (files.into_iter().map(|File(file)| ("files", "a file", file.name)))
+        .chain(lock.map(|File(file)| ("lock", "the lock", file.name)))
+        .chain(inputs.iter().filter_map(input).map(|name| ("inputs", "an input", name)))
+        .chain(outputs.into_iter().map(|name| ("outputs", "an output", name)))
+        .chain(stdout.map(|name| ("stdout", "the standard output", name)));
+    let mut known: BTreeMap<PathBuf, &str> = BTreeMap::new();
+    for (arg, what, name) in all {
+        let path = relative(&name).map_err(|message| {
+            let help = "write a path in the folder, such as `\"out/result.json\"`".to_owned();
+            Wrong { arg, message, help }
+        })?;
+        if let Some(before) = known.insert(path, what) {
+            let message = format!("`{name}` is the name of {before} and of {what}");
+            let help = "give one of them another name: what a program is given is no output of it";
+            return Err(Wrong { arg, message, help: help.to_owned() });
+        }
+    }
+    Ok(())
 }
 
 impl Op for RunProgram {
@@ -51,14 +98,14 @@ impl Op for RunProgram {
         };
         let mut folder = Folder::new().map_err(failed)?;
         for File(file) in self.files.iter().chain(&self.lock) {
-            let Content::File(bytes) = &file.content else {
+            let Content::File { bytes, is_executable } = &file.content else {
                 unreachable!("a file has the content of one")
             };
-            folder.put(&file.name, bytes).map_err(failed)?;
+            folder.put(&file.name, bytes, *is_executable).map_err(failed)?;
         }
         for input in &self.inputs {
-            let (name, bytes) = input.write()?;
-            folder.put(&name, &bytes).map_err(failed)?;
+            let (name, file) = input.write()?;
+            folder.put(&name, &file.bytes, file.is_executable).map_err(failed)?;
         }
         let wanted = self.outputs.iter().map(|name| Ok((name, folder.take(name)?)));
         let wanted: Vec<_> = wanted.collect::<Result<_, String>>().map_err(failed)?;
@@ -74,15 +121,18 @@ impl Op for RunProgram {
         command.args(self.args.iter().map(|Word(word)| word));
         command.current_dir(&folder.path).env_clear().envs(self.variables()?);
         let keep = keeps.then_some(MAX_OUTPUT);
-        let stdout =
-            process::run(command, &program.name, *self.time_limit, keep).map_err(failed)?;
+        let stdout = process::run(command, &program.name, *self.time_limit, keep);
+        // Where the folder lay is no part of what went wrong.
+        let place = folder.path.display().to_string();
+        let stdout = stdout
+            .map_err(|why| failed(why.replace(&format!("{place}/"), "").replace(&place, ".")))?;
         let mut files = BTreeMap::new();
         for (name, path) in wanted {
             files.insert(name.clone(), folder.collect(&path).map_err(failed)?);
         }
         if keeps {
             folder.fits(stdout.len()).map_err(failed)?;
-            files.insert(self.stdout.clone(), stdout);
+            files.insert(self.stdout.clone(), Blob::plain(stdout));
         }
         Ok(Outputs { files })
     }
@@ -131,14 +181,14 @@ mod tests {
     }
 
     fn file(name: &str, text: &str) -> File {
-        File(External::file(name.to_owned(), text.into()))
+        File(External::file(name.to_owned(), text.into(), false))
     }
 
     #[track_caller]
     fn check(command: &RunProgram, expected: Result<&str, &str>) {
         match (command.run(&CTX), expected) {
             (Ok(outputs), Ok(text)) => {
-                assert_eq!(String::from_utf8_lossy(&outputs.files["out"]), text);
+                assert_eq!(String::from_utf8_lossy(&outputs.files["out"].bytes), text);
             }
             (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{error}"),
             (found, _) => panic!("{found:?}"),
@@ -170,10 +220,25 @@ mod tests {
         command.stdout = "log".to_owned();
         let outputs = command.run(&CTX).unwrap();
         assert_eq!(outputs.files.keys().collect::<Vec<_>>(), ["log", "out"]);
-        assert_eq!(outputs.files["log"], b"said\n");
+        assert_eq!(outputs.files["log"].bytes, b"said\n");
         check(&shell("true"), Err("`out` was not written"));
         check(&shell("ln -s /etc/passwd out"), Err("`out` is a link"));
         check(&shell("echo no >&2; exit 4"), Err("exit code 4"));
+        check(&shell("echo $PWD/a.py in $PWD >&2; exit 4"), Err("ends:\n    a.py in ."));
+    }
+
+    #[test]
+    fn who_may_execute_a_file_still_may() {
+        let run = File(External::file("run".to_owned(), b"#!/bin/sh\necho 4\n".to_vec(), true));
+        let mut command = shell("./run > out; ./x; cp run made; cp x out2");
+        command.files = vec![run];
+        let input = Blob { bytes: b"#!/bin/sh\necho 5 >> out\n".to_vec(), is_executable: true };
+        let value = One(AnyArtifact(input.encode()));
+        command.inputs = vec![Box::new(AsFile { value, name: "x".to_owned() })];
+        command.outputs = ["out", "made"].map(str::to_owned).to_vec();
+        let outputs = command.run(&CTX).unwrap();
+        assert_eq!(outputs.files["out"], Blob::plain(b"4\n5\n".to_vec()));
+        assert!(outputs.files["made"].is_executable);
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{Ctx, Data, One, Op, OpError, declare, read_tensors};
+use ivx_op::{Ctx, Data, Facts, One, Op, OpError, Wrong, declare, read_tensors};
 
 use super::super::{csv, npz};
-use super::{Columns, output, wrong};
+use super::{Columns, is_left_behind, output, wrong};
 use crate::artifact::{Dataset, Form, Outputs};
 
 declare! {
@@ -24,16 +24,17 @@ declare! {
         /// numbers.
         classes: usize = 0, in 0.0..=1e6;
     }
+    rule is_readable;
 }
 
 impl Op for ReadDataset {
     fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
-        let bytes = output(&self.outputs, &self.name)?;
-        let columns = match self.name.rsplit_once('.').map_or("", |(_, extension)| extension) {
+        let bytes = &output(&self.outputs, &self.name)?.bytes[..];
+        let columns = match extension(&self.name) {
             "csv" => csv::read(bytes),
             "npz" => npz::read(bytes),
             "safetensors" => tensors(bytes),
-            _ => Err("its name ends in `.csv`, `.npz` or `.safetensors`".to_owned()),
+            _ => Err(FORMATS.to_owned()),
         };
         columns
             .and_then(|columns| dataset(columns, self.classes))
@@ -41,10 +42,35 @@ impl Op for ReadDataset {
     }
 }
 
+/// What this reads.
+const FORMATS: &str = "its name ends in `.csv`, `.npz` or `.safetensors`";
+
+fn extension(name: &str) -> &str {
+    name.rsplit_once('.').map_or("", |(_, extension)| extension)
+}
+
+fn is_readable(facts: &Facts<'_>) -> Result<(), Wrong> {
+    is_left_behind(facts)?;
+    match facts.arg::<String>("name") {
+        Some(name) if !["csv", "npz", "safetensors"].contains(&extension(&name)) => {
+            let message = format!("`{name}` does not say how it is written");
+            let help = "a data set's name ends in `.csv`, `.npz` or `.safetensors`".to_owned();
+            Err(Wrong { arg: "name", message, help })
+        }
+        _ => Ok(()),
+    }
+}
+
 fn dataset(mut columns: Columns, classes: usize) -> Result<Dataset, String> {
     if !columns.keys().eq(["x", "y"]) {
-        let names: Vec<&str> = columns.keys().map(String::as_str).collect();
-        return Err(format!("it has `x` and `y`, and not {}", names.join(", ")));
+        let names: Vec<String> = columns.keys().map(|name| format!("`{name}`")).collect();
+        let found = format!("it has {}, and a data set has `x` and `y` alone", names.join(", "));
+        return Err(match names.len() {
+            0..=2 => format!("{found}: call them so"),
+            _ => format!(
+                "{found}: several inputs or targets are one array `x` or `y` of an `.npz`, with a row an observation"
+            ),
+        });
     }
     let mut column = |name: &str, most: usize| {
         let (shape, values) = columns.remove(name).expect("it is there");
@@ -92,13 +118,14 @@ mod tests {
     use ivx_op::Artifact as _;
 
     use super::*;
+    use crate::artifact::Blob;
 
     fn read(name: &str, bytes: &[u8]) -> Result<Dataset, String> {
         read_as(name, bytes, 0)
     }
 
     fn read_as(name: &str, bytes: &[u8], classes: usize) -> Result<Dataset, String> {
-        let outputs = Outputs { files: [(name.to_owned(), bytes.to_vec())].into() };
+        let outputs = Outputs { files: [(name.to_owned(), Blob::plain(bytes.to_vec()))].into() };
         let read = ReadDataset { outputs: One(outputs), name: name.to_owned(), classes };
         read.run(&Ctx::new("read_dataset", 0, None)).map_err(|error| error.to_string())
     }
@@ -133,7 +160,11 @@ mod tests {
             assert_eq!(read(name, bytes), Err(format!("`{name}` is not as expected: {expected}")));
         };
         check("d.txt", b"", "its name ends in `.csv`, `.npz` or `.safetensors`");
-        check("d.csv", b"x,z\n1,2\n", "it has `x` and `y`, and not x, z");
+        check(
+            "d.csv",
+            b"x,z\n1,2\n",
+            "it has `x`, `z`, and a data set has `x` and `y` alone: call them so",
+        );
         check("d.csv", b"x,y\n1,NaN\n", "it has finite numbers, and not NaN");
         check("d.npz", b"PK", "it is no zip archive, or a damaged one");
         let uneven = npz::write(&[("x", &[1], &[1.0]), ("y", &[2], &[1.0, 2.0])]);

@@ -8,9 +8,9 @@ mod scalar;
 
 use std::collections::BTreeMap;
 
-use ivx_op::OpError;
+use ivx_op::{Facts, OpError, Wrong};
 
-use crate::artifact::Outputs;
+use crate::artifact::{Blob, Outputs};
 
 pub use dataset::ReadDataset;
 pub use file::ReadFile;
@@ -20,12 +20,32 @@ pub use scalar::ReadScalar;
 /// Arrays by name: their shapes and numbers, last dimension fastest.
 pub(super) type Columns = BTreeMap<String, (Vec<usize>, Vec<f64>)>;
 
-/// The bytes of one output.
-fn output<'a>(outputs: &'a Outputs, name: &str) -> Result<&'a [u8], OpError> {
-    outputs.files.get(name).map(Vec::as_slice).ok_or_else(|| {
-        let names: Vec<String> = outputs.files.keys().map(|name| format!("`{name}`")).collect();
-        OpError::Failed(format!("there is no output `{name}`; there is {}", names.join(", ")))
-    })
+/// One output.
+fn output<'a>(outputs: &'a Outputs, name: &str) -> Result<&'a Blob, OpError> {
+    let found = outputs.files.get(name);
+    found.ok_or_else(|| OpError::Failed(no_output(name, outputs.files.keys())))
+}
+
+fn no_output<'a>(name: &str, names: impl Iterator<Item = &'a String>) -> String {
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    match &names[..] {
+        [] => format!("there is no output `{name}`, nor any other"),
+        [one] => format!("there is no output `{name}`; there is {one}"),
+        all => format!("there is no output `{name}`; there are {}", all.join(", ")),
+    }
+}
+
+/// What is read is among the outputs, where these are known.
+fn is_left_behind(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let (Some(known), Some(name)) = (facts.shapes("outputs"), facts.arg::<String>("name")) else {
+        return Ok(());
+    };
+    if known.contains_key(&name) {
+        return Ok(());
+    }
+    let message = no_output(&name, known.keys());
+    let help = format!("name it in the `outputs` of the command: `outputs: [{name:?}]`");
+    Err(Wrong { arg: "name", message, help })
 }
 
 /// A failure that names the file and what is wrong with it.

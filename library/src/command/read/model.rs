@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ivx_op::{Artifact as _, Ctx, Data, One, Op, OpError, declare, kind_of, read_tensors};
 
-use super::{output, wrong};
+use super::{is_left_behind, output, wrong};
 use crate::artifact::{Form, Head, Model, NetModel, Outputs};
 use crate::nn::{self, Curve, Module};
 
@@ -21,11 +21,12 @@ declare! {
         /// The file's name.
         name: String;
     }
+    rule is_left_behind;
 }
 
 impl Op for ReadModel {
     fn run(&self, _: &Ctx) -> Result<Model, OpError> {
-        let bytes = output(&self.outputs, &self.name)?;
+        let bytes = &output(&self.outputs, &self.name)?.bytes[..];
         let model = if kind_of(bytes).is_some() {
             Model::decode(bytes).ok_or_else(|| "it is an artifact, and no model".to_owned())
         } else {
@@ -98,6 +99,7 @@ fn wide(name: &str, data: Data) -> Result<(Vec<usize>, Vec<f64>), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::artifact::Blob;
 
     fn array(shape: &[usize], values: &[f64]) -> Data {
         Data::F64(shape.to_vec(), values.to_vec())
@@ -147,7 +149,7 @@ mod tests {
     #[test]
     fn our_own_models_are_read_as_they_were_written() {
         let own = Model::Polynomial(vec![1.0, 0.1]);
-        let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
+        let outputs = Outputs { files: [("m".to_owned(), Blob::plain(own.encode()))].into() };
         let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
         assert_eq!(read.run(&Ctx::new("read_model", 0, None)), Ok(own));
         let hostile = |units, expected: &str| {
@@ -159,7 +161,7 @@ mod tests {
             let (form, head) = (Form { input: vec![2, 1], ..Form::default() }, Head::Mean);
             let net = NetModel { module, form, head, prior_scale: 1.0, params: Vec::new() };
             let own = Model::Net(net);
-            let outputs = Outputs { files: [("m".to_owned(), own.encode())].into() };
+            let outputs = Outputs { files: [("m".to_owned(), Blob::plain(own.encode()))].into() };
             let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
             let why = read.run(&Ctx::new("read_model", 0, None)).unwrap_err().to_string();
             assert!(why.contains(expected), "{why}");

@@ -7,12 +7,12 @@ use serde_json::Value;
 use serde_json::value::RawValue;
 
 use super::super::csv::is_whole;
-use super::{output, wrong};
+use super::{is_left_behind, output, wrong};
 use crate::artifact::Outputs;
 
 declare! {
-    /// A number of a JSON file that a program wrote, to the bit; `"NaN"`, `"inf"` and `"-inf"` are what JSON has no
-    /// numbers for. A whole number beyond 2^53 is refused, since it would be rounded.
+    /// A number of a JSON file that a program wrote, to the bit. What JSON has no numbers for is read as Python writes
+    /// it, `NaN`, `Infinity` and `-Infinity`, and in quotes, as `as_file` does. A whole number beyond 2^53 is refused, since it would be rounded.
     pub struct ReadScalar = "read_scalar" @ 2 -> Array {
         /// What `command` left behind.
         outputs: One<Outputs>;
@@ -22,13 +22,16 @@ declare! {
         /// `test.mse` or `folds.0`. By default the file is the number.
         field: String = "";
     }
+    rule is_left_behind;
 }
 
 impl Op for ReadScalar {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let bytes = output(&self.outputs, &self.name)?;
+        let bytes = &output(&self.outputs, &self.name)?.bytes[..];
         let about = |why: &str| wrong(&self.name, why);
+        let quoted = quoted(bytes);
         let mut value: &RawValue = serde_json::from_slice(bytes)
+            .or_else(|error| serde_json::from_slice(&quoted).map_err(|_| error))
             .map_err(|error| about(&format!("it is not JSON: {error}")))?;
         let mut seen = String::new();
         for part in self.field.split('.').filter(|_| !self.field.is_empty()) {
@@ -55,14 +58,40 @@ fn inner<'a>(value: &'a RawValue, part: &str) -> Option<&'a RawValue> {
     part.parse().ok().and_then(|i: usize| items.get(i).copied())
 }
 
-/// The number, to the bit; what JSON has no numbers for is one of the texts `NaN`, `inf` and `-inf`. A whole number
-/// that would be rounded is none.
+/// The file with quotes around what is not JSON and Python writes for numbers that JSON lacks.
+fn quoted(bytes: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut rest = bytes;
+    let mut in_text = false;
+    while let [first, after @ ..] = rest {
+        let names = [&b"NaN"[..], b"Infinity", b"-Infinity"];
+        let name = names.into_iter().find(|name| !in_text && rest.starts_with(name));
+        if let Some(name) = name {
+            out.extend([b"\"", name, b"\""].concat());
+            rest = &rest[name.len()..];
+            continue;
+        }
+        out.push(*first);
+        rest = after;
+        match (first, rest) {
+            (b'"', _) => in_text = !in_text,
+            (b'\\', [escaped, after @ ..]) if in_text => {
+                out.push(*escaped);
+                rest = after;
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+/// The number, to the bit; what JSON has no numbers for is a text. A whole number that would be rounded is none.
 fn number(value: &RawValue) -> Result<f64, String> {
     let text = value.get();
     match text {
         "\"NaN\"" => return Ok(f64::NAN),
-        "\"inf\"" => return Ok(f64::INFINITY),
-        "\"-inf\"" => return Ok(f64::NEG_INFINITY),
+        "\"Infinity\"" | "\"inf\"" => return Ok(f64::INFINITY),
+        "\"-Infinity\"" | "\"-inf\"" => return Ok(f64::NEG_INFINITY),
         _ => {}
     }
     let is_number = text.starts_with(|c: char| c == '-' || c.is_ascii_digit());
@@ -93,9 +122,10 @@ fn described(value: &RawValue) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::artifact::Blob;
 
     fn read(text: &str, field: &str) -> Result<f64, String> {
-        let outputs = Outputs { files: [("s.json".to_owned(), text.into())].into() };
+        let outputs = Outputs { files: [("s.json".to_owned(), Blob::plain(text.into()))].into() };
         let (outputs, name) = (One(outputs), "s.json".to_owned());
         let read = ReadScalar { outputs, name, field: field.to_owned() };
         let array = read.run(&Ctx::new("read_scalar", 0, None)).map_err(|e| e.to_string())?;
@@ -133,6 +163,16 @@ mod tests {
     }
 
     #[test]
+    fn what_python_writes_is_read() {
+        let text = r#"{"NaN": [NaN, -Infinity], "a \"Infinity\\": Infinity, "t": "a NaN"}"#;
+        assert!(read(text, "NaN.0").unwrap().is_nan());
+        assert_eq!(read(text, "NaN.1"), Ok(f64::NEG_INFINITY));
+        assert_eq!(read(text, "a \"Infinity\\"), Ok(f64::INFINITY));
+        assert!(read(text, "t").unwrap_err().contains("`t` is text and no number"));
+        assert!(read("NaNs", "").unwrap_err().contains("it is not JSON"));
+    }
+
+    #[test]
     fn what_is_there_instead_is_told() {
         let check = |text: &str, field: &str, expected: &str| {
             let why = read(text, field).unwrap_err();
@@ -142,7 +182,8 @@ mod tests {
         check(r#"{"a": [1]}"#, "a.1", "`a` is a list of 1 and has no `1`");
         check(r#"{"a": "1"}"#, "a", "`a` is text and no number");
         check("true", "", "it is true or false and no number");
-        assert!(read("NaN", "").unwrap_err().contains("it is not JSON"));
+        let why = read("{\"a\": 1,\n \"b\": nan}", "b").unwrap_err();
+        assert!(why.contains("it is not JSON: expected ident at line 2 column 8"), "{why}");
         assert!(read("1 2", "").unwrap_err().contains("it is not JSON"));
         check("1e999", "", "it holds 1e999, which is too large for a number");
     }
