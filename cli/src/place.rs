@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
+use std::fmt::Write as _;
 use std::path::{Component, Path};
 
 use ivx_cache::Digest;
@@ -151,7 +152,7 @@ fn spelled(part: &OsStr) -> String {
 
 fn hex(bytes: &[u8], text: &mut String) {
     for byte in bytes {
-        text.push_str(&format!("%{byte:02X}"));
+        write!(text, "%{byte:02X}").expect("strings take everything");
     }
 }
 
@@ -230,6 +231,9 @@ mod tests {
         }
     }
 
+    /// A spec, a profile and settings.
+    type Asked = (String, Option<String>, Vec<(String, String)>);
+
     #[test]
     fn other_specs_and_other_ways_to_run_them_have_other_folders_and_none_is_a_file_of_another() {
         let words = [
@@ -263,8 +267,7 @@ mod tests {
         ];
         let long = "l".repeat(120);
         let mut draw = Draw(0x9e37_79b9_7f4a_7c15);
-        let mut known: BTreeMap<String, (String, Option<String>, Vec<(String, String)>)> =
-            BTreeMap::new();
+        let mut known: BTreeMap<String, Asked> = BTreeMap::new();
         for _ in 0..60_000 {
             let mut parts: Vec<String> =
                 (0..=draw.below(3)).map(|_| draw.text(&words).replace('/', "")).collect();

@@ -106,13 +106,12 @@ impl Listen for Progress<'_> {
             }
             Event::Failed { address, why } => {
                 self.done += 1;
-                match self.failed.get_mut(why) {
-                    Some((_, n_more)) => *n_more += 1,
-                    None => {
-                        let address = visible(address);
-                        self.say(&format!("failed: {address}: {why}"));
-                        self.failed.insert(why.to_owned(), (address, 0));
-                    }
+                if let Some((_, n_more)) = self.failed.get_mut(why) {
+                    *n_more += 1;
+                } else {
+                    let address = visible(address);
+                    self.say(&format!("failed: {address}: {why}"));
+                    self.failed.insert(why.to_owned(), (address, 0));
                 }
             }
             Event::Skipped { .. } => self.done += 1,

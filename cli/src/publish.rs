@@ -312,9 +312,10 @@ mod tests {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            match path.is_dir() {
-                true => found.extend(files(&path).into_iter().map(|file| format!("{name}/{file}"))),
-                false => found.push(name),
+            if path.is_dir() {
+                found.extend(files(&path).into_iter().map(|file| format!("{name}/{file}")));
+            } else {
+                found.push(name);
             }
         }
         found.sort();
@@ -329,11 +330,12 @@ mod tests {
         }
     }
 
+    /// What is in the folder, and in the one beside it.
+    type Left<'a> = (Option<&'a BTreeMap<String, String>>, &'a [(&'a str, usize)]);
+
     #[test]
     fn whatever_a_killed_process_left_the_next_set_is_whole_and_alone() {
         let (before, killed, next) = (set("a", "1"), set("b", "2"), set("c", "3"));
-        // In the folder, and in the one beside it.
-        type Left<'a> = (Option<&'a BTreeMap<String, String>>, &'a [(&'a str, usize)]);
         let cases: [Left<'_>; 6] = [
             (Some(&before), &[]),
             (Some(&before), &[(WRITING, 1)]),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
@@ -34,37 +35,15 @@ pub(crate) fn exec(
     let Some(mut ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
     let root = ready.loaded.root.clone();
     let spec = ready.loaded.spec.clone();
-    let Ready { spec: ir, loaded, registry, settings, .. } = &ready;
-    let variant = place::variant(&loaded.project, registry, settings, ir);
-    let name = place::name(spec.strip_prefix(&root).unwrap_or(&spec), &variant);
-    let results = project::real(&project::results(&root));
-    let folder = args.out.as_deref().map_or_else(|| results.join(&name), project::real);
-    if let Some(out) = &args.out
-        && let Some(why) = refusal(&folder, &results)
-    {
-        writeln!(err, "error: {} {why}", out.display())?;
+    let Some(Target { name, folder, results }) = target(args, &ready, err)? else {
         return Ok(WRONG);
-    }
+    };
     let locks = if args.lock || args.locked { Some(lock::read(&spec)?) } else { None };
     if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
         writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
         return Ok(WRONG);
     }
-    let mode = match store::mode(args.store_mode) {
-        Ok(mode) => mode,
-        Err(said) => {
-            let said = said.display();
-            writeln!(err, "error: `IVX_STORE_MODE` is `{said}`: write `read` or `write`")?;
-            return Ok(WRONG);
-        }
-    };
-    if args.store_mode.is_some() && store::folder(&args.store).is_none() {
-        writeln!(
-            err,
-            "error: `--store-mode` is of no store: add `--store DIR`, or set `IVX_STORE`"
-        )?;
-        return Ok(WRONG);
-    }
+    let Some(mode) = mode(args, err)? else { return Ok(WRONG) };
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
@@ -156,6 +135,55 @@ pub(crate) fn exec(
     // a run that has nothing to do.
     std::mem::forget((ready, plan, outcome, report.results, set));
     Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
+}
+
+/// What a run is called, and where its results lie.
+struct Target {
+    name: String,
+    folder: PathBuf,
+    /// Where those of the project lie.
+    results: PathBuf,
+}
+
+/// Where the results are to lie; says so if they cannot.
+fn target(
+    args: &args::Exec,
+    ready: &Ready,
+    err: &mut dyn Write,
+) -> Result<Option<Target>, Trouble> {
+    let Ready { spec: ir, loaded, registry, settings, .. } = ready;
+    let variant = place::variant(&loaded.project, registry, settings, ir);
+    let spec = loaded.spec.strip_prefix(&loaded.root).unwrap_or(&loaded.spec);
+    let name = place::name(spec, &variant);
+    let results = project::real(&project::results(&loaded.root));
+    let folder = args.out.as_deref().map_or_else(|| results.join(&name), project::real);
+    if let Some(out) = &args.out
+        && let Some(why) = refusal(&folder, &results)
+    {
+        writeln!(err, "error: {} {why}", out.display())?;
+        return Ok(None);
+    }
+    Ok(Some(Target { name, folder, results }))
+}
+
+/// What may be done with the store; says so if that makes no sense.
+fn mode(args: &args::Exec, err: &mut dyn Write) -> Result<Option<args::StoreMode>, Trouble> {
+    let mode = match store::mode(args.store_mode) {
+        Ok(mode) => mode,
+        Err(said) => {
+            let said = said.display();
+            writeln!(err, "error: `IVX_STORE_MODE` is `{said}`: write `read` or `write`")?;
+            return Ok(None);
+        }
+    };
+    if args.store_mode.is_some() && store::folder(&args.store).is_none() {
+        writeln!(
+            err,
+            "error: `--store-mode` is of no store: add `--store DIR`, or set `IVX_STORE`"
+        )?;
+        return Ok(None);
+    }
+    Ok(Some(mode))
 }
 
 /// Adds a run to the history, with what it found out.

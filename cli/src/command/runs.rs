@@ -46,7 +46,7 @@ pub(crate) fn runs(
     {
         writeln!(out, "would drop, with what they found out:")?;
         list(named.iter().copied(), Format::Text, out)?;
-        if !consent(false, err)? {
+        if !consent(err)? {
             return Ok(WRONG);
         }
     }

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use ivx_cache::Cache;
-use ivx_engine::{NodeIndex, Plan, consult, expand, platform};
+use ivx_engine::{NodeIndex, Plan, address, consult, expand, platform};
 use ivx_grammar::suggest;
 
 use super::{Ready, ready};
@@ -101,11 +101,13 @@ pub(super) fn named(
 /// Says that no node has this name, and which was perhaps meant.
 fn unknown(plan: &Plan, name: &str, err: &mut dyn Write) -> io::Result<()> {
     let known = || addresses(plan).map(|(address, _)| address);
-    let bare = known().filter_map(|address| stem(address).split('/').nth(1));
-    let help = suggest(name, known().map(stem));
+    let stems: BTreeSet<String> = known().map(stem).collect();
+    let stems = || stems.iter().map(String::as_str);
+    let bare = stems().filter_map(|stem| address::parts(stem).get(1).copied());
+    let help = suggest(name, stems());
     let is_near = |help: &String| help.starts_with("did you mean");
     let help = help.filter(is_near).or_else(|| suggest(name, bare).filter(is_near));
-    let help = help.or_else(|| suggest(name, known().map(stem)));
+    let help = help.or_else(|| suggest(name, stems()));
     let help = help.or_else(|| suggest(name, known()));
     let help = help.unwrap_or_else(|| "`ivx plan --nodes` lists them".to_owned());
     writeln!(err, "error: no node is called `{name}`: {help}")
@@ -141,9 +143,9 @@ fn beginning(plan: &Plan, name: &str) -> (Vec<NodeIndex>, bool) {
 }
 
 /// An address without its coordinates and its member.
-fn stem(address: &str) -> &str {
-    let stem = address.split('[').next().unwrap_or(address);
-    stem.split("/member").next().unwrap_or(stem)
+fn stem(address: &str) -> String {
+    let parts = address::parts(address).into_iter().map(address::stem);
+    parts.take_while(|part| *part != "member").collect::<Vec<_>>().join("/")
 }
 
 impl Told<'_> {

@@ -200,6 +200,11 @@ mod tests {
         assert_eq!(numbers.map(label), expected);
     }
 
+    /// The lower half of some bits.
+    fn low(bits: u64) -> u32 {
+        u32::try_from(bits & u64::from(u32::MAX)).unwrap()
+    }
+
     /// Random bits, and numbers near each other.
     fn some(n: usize, state: &mut u64) -> Vec<f64> {
         let mut next = || {
@@ -214,8 +219,8 @@ mod tests {
             let bits = next();
             let x = match (bits % 4, found.last()) {
                 (0, Some(last)) => f64::from_bits(last.to_bits().wrapping_add(next() % 3)),
-                (1, Some(last)) => last * (1.0 + f64::from(next() as u32) * 1e-16),
-                (2, _) => f64::from((next() % 2000) as u32) / 1000.0 - 1.0,
+                (1, Some(last)) => last * (1.0 + f64::from(low(next())) * 1e-16),
+                (2, _) => f64::from(low(next() % 2000)) / 1000.0 - 1.0,
                 _ => f64::from_bits(next()),
             };
             if x.is_finite() {
@@ -237,7 +242,8 @@ mod tests {
                 assert!((x == &0.0) == (back == 0.0), "{x:e} is {text}");
                 let (digits, power) = text.split_once('e').unwrap_or((text, "0"));
                 let after = digits.split_once('.').map_or(0, |(_, after)| after.len());
-                let unit = format!("1e{}", power.parse::<i64>().unwrap() - after as i64);
+                let unit =
+                    format!("1e{}", power.parse::<i64>().unwrap() - i64::try_from(after).unwrap());
                 let unit: f64 = unit.parse().unwrap();
                 let is_near = (back / 2.0 - x / 2.0).abs()
                     <= unit * 0.25 * (1.0 + 1e-9) + (x.abs() * f64::EPSILON).max(5e-324);

@@ -1,5 +1,6 @@
 //! Labels as LaTeX, set by pdfLaTeX and read back.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
@@ -89,9 +90,7 @@ fn a_label_behind_the_end_of_a_row_reads_back() {
     let mut pages = String::new();
     for label in &labels {
         let cell = latex(label);
-        pages += &format!(
-            "\\begin{{tabular}}{{ll}}\nA & B \\\\\n{cell} & {cell} \\\\\n\\end{{tabular}}\\newpage\n"
-        );
+        write!(pages, "\\begin{{tabular}}{{ll}}\nA & B \\\\\n{cell} & {cell} \\\\\n\\end{{tabular}}\\newpage\n").expect("strings take everything");
     }
     // No numbers of pages and no hyphens of its own.
     let head = "\\documentclass{article}\\pagestyle{empty}\\pdfcompresslevel=0\\begin{document}\n";

@@ -68,10 +68,9 @@ impl Folder {
         let path = self.path.join(path);
         let written = path.parent().map_or(Ok(()), fs::create_dir_all);
         let written = written.and_then(|()| fs::write(&path, bytes));
-        let written = written.and_then(|()| match is_executable {
-            true => fs::set_permissions(&path, fs::Permissions::from_mode(0o755)),
-            false => Ok(()),
-        });
+        let mode = if is_executable { 0o755 } else { 0o644 };
+        let written =
+            written.and_then(|()| fs::set_permissions(&path, fs::Permissions::from_mode(mode)));
         written.map_err(|error| format!("`{name}` cannot be written: {error}"))
     }
 

@@ -299,8 +299,8 @@ fn played(line: &str) -> String {
             '\u{8}' => at = at.saturating_sub(1),
             '\u{1b}' => match chars.next() {
                 Some('[') => {
-                    let mut is_inside = |c: &char| !('@'..='~').contains(c);
-                    let of: String = std::iter::from_fn(|| chars.next_if(&mut is_inside)).collect();
+                    let is_inside = |c: &char| !('@'..='~').contains(c);
+                    let of: String = std::iter::from_fn(|| chars.next_if(is_inside)).collect();
                     match (chars.next(), &*of) {
                         (Some('K'), "" | "0") => shown.truncate(at),
                         (Some('K'), "2") => shown.clear(),

@@ -45,8 +45,8 @@ impl Op for Histogram {
         let (panel_names, columns) = panels(&dims);
         let mut x_label = if self.x_label.is_empty() { name } else { &self.x_label }.clone();
         if n_beyond > 0 {
-            x_label =
-                format!("{x_label} ({n_beyond} beyond 1e300 left out)").trim_start().to_owned();
+            let blank = if x_label.is_empty() { "" } else { " " };
+            x_label = format!("{x_label}{blank}({n_beyond} beyond 1e300 left out)");
         }
         // Without values there is nothing for ticks to say.
         let axis = |label: &str| Axis {
@@ -133,6 +133,7 @@ mod tests {
 
     #[test]
     #[expect(clippy::unreadable_literal, reason = "as NumPy prints them")]
+    #[expect(clippy::too_many_lines, reason = "a number a line")]
     fn golden_bins_are_those_of_numpy() {
         // np.histogram(values, bins=len(counts))[0] of NumPy 2.4.
         let cases: &[(&[f64], &[u32])] = &[

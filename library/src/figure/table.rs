@@ -23,7 +23,7 @@ declare! {
     /// are `value 1`, `value 2`, and of columns that would be called alike the second has ` (2)` behind.
     ///
     /// The LaTeX is UTF-8, the default of LaTeX, and needs `booktabs` alone: Greek letters and signs of mathematics
-    /// are set in math, other letters that pdfLaTeX's font lacks need XeLaTeX or LuaLaTeX.
+    /// are set in math, other letters that pdfLaTeX's font lacks need `XeLaTeX` or `LuaLaTeX`.
     pub struct Tabulate = "table" @ 8 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;

@@ -30,7 +30,9 @@ pub fn sum(xs: &[f64]) -> f64 {
     }
     let mut parts = Parts::default();
     if largest < f64::MAX / 4.0 / real(xs.len()) {
-        xs.iter().for_each(|x| parts.add(*x));
+        for x in xs {
+            parts.add(*x);
+        }
         return parts.rounded();
     }
     // With signs by turns no part overflows before the whole does.
@@ -115,7 +117,7 @@ pub fn mean(xs: &[f64]) -> f64 {
 }
 
 /// A power of two: what is multiplied by it can be summed, and keeps the bits that count.
-const TINY: f64 = 1.0 / (1_u64 << 60) as f64;
+const TINY: f64 = 1.0 / 1_152_921_504_606_846_976.0;
 
 /// `Σ (x_i − x̄)²` in units of the square of a power of two, and this power: so that no square is too large or
 /// too small for a number. Of equal numbers it is 0; of numbers of which one is not finite, NaN.
@@ -224,7 +226,7 @@ mod tests {
         };
         (0..2_000).map(move |i| {
             let unit = 2.0_f64.powi(i % 1900 - 950);
-            (0..1 + i % 40).map(|_| (f64::from_bits(next() | 0x3ff0 << 48) - 1.5) * unit).collect()
+            (0..=i % 40).map(|_| (f64::from_bits(next() | 0x3ff0 << 48) - 1.5) * unit).collect()
         })
     }
 

@@ -45,7 +45,7 @@ pub(super) fn gc(args: &args::Gc, out: &mut dyn Write, err: &mut dyn Write) -> R
         if args.dry_run {
             return Ok(OK);
         }
-        if deletes && !consent(false, err)? {
+        if deletes && !consent(err)? {
             return Ok(WRONG);
         }
     }
