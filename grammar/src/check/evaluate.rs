@@ -55,6 +55,18 @@ impl Checker<'_> {
             }
             _ => {}
         });
+        self.none_of(bad, span)
+    }
+
+    /// As [`Self::exact`], for what a description that has a value everywhere amounts to.
+    pub(super) fn is_exact(&mut self, desc: &Desc, span: Span) -> bool {
+        let value = |place: Place| desc.eval(&self.spec.axes, &place).ok();
+        let bad = self.places(&desc.axes()).filter_map(value).find_map(|lit| inexact(&lit));
+        self.none_of(bad, span)
+    }
+
+    /// Whether there is no whole number that would be rounded; says so if there is.
+    fn none_of(&mut self, bad: Option<i64>, span: Span) -> bool {
         let Some(n) = bad else { return true };
         let message = format!("no Float is {n}");
         let fault = Diagnostic::new(Code::Number, span, message, "would be rounded");

@@ -130,6 +130,11 @@ impl<'a> Checker<'a> {
                     if let Some(first) = claims.insert(&name.value, name.span) {
                         self.twice(name, first);
                     }
+                    if name.value.trim().is_empty() {
+                        let message = "a claim says in words what it tests";
+                        let fault = Diagnostic::new(Code::Kind, name.span, message, "no words");
+                        self.fault(fault.help("write `claim \"more data help\" : ..`"));
+                    }
                     let expr = self.claim(
                         &at(&titled("claim", &name.value)),
                         (name, confidence.as_deref()),

@@ -241,7 +241,9 @@ impl<'a> Checker<'a> {
             Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => Some(id),
             Val::Desc(desc, ty)
                 if is_number(&ty)
-                    && !(self.distinct(&desc.axes(), span) && self.evaluates(&desc, span)) =>
+                    && !(self.distinct(&desc.axes(), span)
+                        && self.evaluates(&desc, span)
+                        && self.is_exact(&desc, span)) =>
             {
                 None
             }

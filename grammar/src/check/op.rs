@@ -13,7 +13,7 @@ use super::named::Named;
 use super::value::Val;
 use crate::ast::{self, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed, Op};
-use crate::{Code, Diagnostic, Span};
+use crate::{Code, Diagnostic, Span, article};
 
 /// Why a comparison is no number where nothing in it is computed.
 const KNOWN_CONDITION: &str = "both sides of the comparison are known before anything runs, so that \
@@ -245,7 +245,8 @@ impl<'a> Checker<'a> {
             .take(6)
             .map(|d| format!("`{}(..)`", d.name))
             .collect();
-        (!makers.is_empty()).then(|| format!("a {artifact} comes from {}", makers.join(", ")))
+        (!makers.is_empty())
+            .then(|| format!("{} {artifact} comes from {}", article(artifact), makers.join(", ")))
     }
 
     /// The name under which a value travels to figures and tables, which show it: that of the item that it is or is

@@ -7,6 +7,7 @@ use ivx_op::{Args, ByName, Held, Lit, Part, Ty};
 
 use super::{Axis, AxisId, Place};
 use crate::ast::BinaryOp;
+use crate::literal::inexact;
 
 /// A description that may vary over axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,6 +212,9 @@ fn arithmetic(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
 }
 
 fn real(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
+    if let Some(n) = inexact(left).or_else(|| inexact(right)) {
+        return Err(format!("no Float is {n}, which would be rounded"));
+    }
     let (a, b) = (left.as_f64().expect("a number"), right.as_f64().expect("a number"));
     let value = match op {
         BinaryOp::Add => a + b,
