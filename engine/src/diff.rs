@@ -327,6 +327,7 @@ mod tests {
             estimate,
             interval,
             n: 8,
+            within: 0.0,
         };
         let claim = |findings: [Finding; 2]| Claim {
             claim: "a < b".into(),

@@ -36,7 +36,7 @@ fn experiment(
     report: &Report,
     page: &mut Vec<String>,
 ) {
-    page.push(experiment.docs.clone());
+    page.push(closed(&experiment.docs));
     page.extend(list("### Parameters", experiment.params.iter().map(parameter)));
     let axes = experiment.axes.iter().map(|declared| axis(spec, declared.axis, &declared.docs));
     page.extend(list("### Axes", axes));
@@ -85,7 +85,7 @@ fn failure((why, nodes): (&str, Vec<&str>)) -> String {
 /// Adds a figure or table under its own heading.
 fn shown(what: &str, output: &Output, content: Vec<String>, page: &mut Vec<String>) {
     page.push(format!("### {what} {}", plain(&output.name)));
-    page.push(output.docs.clone());
+    page.push(closed(&output.docs));
     if content.is_empty() {
         page.push("Not there, because something that it needs has failed.".to_owned());
     }
@@ -122,11 +122,34 @@ fn axis(spec: &Spec, id: AxisId, docs: &str) -> String {
     documented(&format!("{} ({labels})", code(name)), docs)
 }
 
+/// A doc comment that ends what it begins, so that what follows it is not taken for code or a comment.
+fn closed(docs: &str) -> String {
+    let mut fence: Option<&str> = None;
+    for line in docs.lines() {
+        let line = line.trim_start();
+        let sign = ['`', '~']
+            .into_iter()
+            .find(|sign| line.starts_with(&[*sign; 3].iter().collect::<String>()));
+        let run = sign.map(|sign| &line[..line.len() - line.trim_start_matches(sign).len()]);
+        fence = match (fence, run) {
+            (None, run) => run,
+            (Some(open), Some(run)) if run.starts_with(open) && line.trim_end() == run => None,
+            (open, _) => open,
+        };
+    }
+    let is_hidden = fence.is_none() && docs.rfind("<!--") > docs.rfind("-->");
+    match fence {
+        Some(fence) => format!("{docs}\n{fence}"),
+        None if is_hidden => format!("{docs}\n-->"),
+        None => docs.to_owned(),
+    }
+}
+
 /// An item with its doc comment: one line behind it, more below.
 fn documented(item: &str, docs: &str) -> String {
     match docs.trim() {
         "" => item.to_owned(),
-        docs if docs.contains('\n') => format!("{item}\n\n{docs}"),
+        docs if docs.contains('\n') => format!("{item}\n\n{}", closed(docs)),
         docs => format!("{item}: {docs}"),
     }
 }
@@ -163,7 +186,7 @@ fn claim(output: &Output, claim: &Claim) -> String {
     let text = format!("**{outcome}**: {words}: {source}{}", findings.concat());
     match output.docs.trim() {
         "" => text,
-        docs => format!("{text}\n\n{docs}"),
+        docs => format!("{text}\n\n{}", closed(docs)),
     }
 }
 
@@ -175,10 +198,8 @@ fn at_coordinate(finding: &Finding) -> String {
 }
 
 fn difference(finding: &Finding) -> String {
-    let Finding { estimate, interval, n, outcome, .. } = finding;
-    let (low, high) = interval.unzip();
-    let numbers: Vec<f64> = [Some(*estimate), low, high].into_iter().flatten().collect();
-    let numbers = shown_together(&numbers);
+    let Finding { n, outcome, .. } = finding;
+    let numbers = finding.shown();
     let ends = &numbers[1..];
     let interval =
         if ends.is_empty() { String::new() } else { format!(" in [{}]", ends.join(", ")) };
@@ -309,6 +330,17 @@ mod tests {
             let text = plain(&label);
             assert_eq!(read(&text), (vec![label.clone()], Vec::new()), "{label:?} as {text}");
         }
+    }
+
+    #[test]
+    fn docs_end_what_they_begin() {
+        let check = |docs: &str, expected: &str| assert_eq!(closed(docs), expected);
+        for whole in ["", "plain", "```\na\n```", "a <!-- b --> c", "````\n```\n````"] {
+            check(whole, whole);
+        }
+        check("a\n```py\nb", "a\n```py\nb\n```");
+        check("~~~\n```", "~~~\n```\n~~~");
+        check("a <!-- b", "a <!-- b\n-->");
     }
 
     #[test]

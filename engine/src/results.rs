@@ -322,6 +322,7 @@ mod tests {
             estimate: -f64::NAN,
             interval: Some((-f64::NAN, 1.0)),
             n: 0,
+            within: 0.0,
         };
         let found = findings(ivx_op::Verdict { findings: vec![finding] });
         let (low, high) = found[0].interval.expect("there was one");

@@ -7,7 +7,7 @@ use std::time::Duration;
 use ivx_cache::Digest;
 use ivx_engine::{Claim, Fate, Outcome, Plan, Results};
 use ivx_grammar::ir::Spec;
-use ivx_op::{Finding, Outcome as Verdict, shown_together};
+use ivx_op::{Finding, Outcome as Verdict};
 
 use crate::progress::spell;
 use crate::render::visible;
@@ -102,16 +102,14 @@ fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn difference(finding: &Finding) -> String {
-    let Finding { estimate, interval, n, .. } = finding;
-    let ends = interval.map(|(low, high)| [low, high]);
-    let numbers: Vec<f64> = [*estimate].into_iter().chain(ends.into_iter().flatten()).collect();
-    match &shown_together(&numbers)[..] {
+    let n = finding.n;
+    match &finding.shown()[..] {
         [estimate, low, high] => format!("  difference {estimate} in [{low}, {high}], n = {n}"),
         [estimate, ..] if finding.lacks_seeds() => format!(
             "  difference {estimate}, n = {n}: fewer than {} seeds decide nothing",
             Finding::MIN_SEEDS
         ),
-        [estimate, ..] if *n > 0 => format!("  difference {estimate}, n = {n}"),
+        [estimate, ..] if n > 0 => format!("  difference {estimate}, n = {n}"),
         _ if finding.outcome == Verdict::Holds => String::new(),
         estimate => format!("  difference {}", estimate.concat()),
     }
@@ -158,6 +156,7 @@ mod tests {
             estimate,
             interval: Some((-1.0, 1.0)),
             n: 8,
+            within: 0.0,
         };
         let found = Claim {
             claim: "a < b".into(),

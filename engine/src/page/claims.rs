@@ -3,7 +3,7 @@
 use ivx_grammar::ir::Spec;
 use ivx_op::{Finding, Outcome as Verdict};
 
-use super::text::{code, escape, numbers, prose};
+use super::text::{code, escape, prose, typeset};
 use super::{Kind, badge, kind, kind_of};
 use crate::results::{Claim, Report};
 
@@ -96,9 +96,8 @@ fn finding(finding: &Finding, scale: (f64, f64)) -> String {
     }
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
     let lacking = if finding.lacks_seeds() { ": too few seeds" } else { "" };
-    let ends = interval.map(|(low, high)| [low, high]);
-    let measured: Vec<f64> = [*estimate].into_iter().chain(ends.into_iter().flatten()).collect();
-    let measured = match &numbers(&measured)[..] {
+    let measured = match &finding.shown().iter().map(|number| typeset(number)).collect::<Vec<_>>()[..]
+    {
         [estimate, low, high] => format!("{estimate} in [{low}, {high}]"),
         estimate => estimate.concat(),
     };
@@ -143,6 +142,7 @@ mod tests {
             estimate: 0.5,
             interval: Some((0.25, 0.75)),
             n: 8,
+            within: 0.0,
         };
         let findings = (0..n).map(finding).collect();
         Claim { claim: "a < b".into(), outcome: Some(Verdict::Fails), findings }

@@ -51,9 +51,12 @@ pub(super) fn seconds(s: f64) -> String {
 
 /// Numbers that stand beside each other.
 pub(super) fn numbers(xs: &[f64]) -> Vec<String> {
-    let texts = shown_together(xs).into_iter().zip(xs);
-    let missing = || "n/a".to_owned();
-    texts.map(|(text, x)| if x.is_nan() { missing() } else { text.replace('-', "−") }).collect()
+    shown_together(xs).iter().map(|number| typeset(number)).collect()
+}
+
+/// A number with signs as they are set.
+pub(super) fn typeset(number: &str) -> String {
+    if number == "NaN" { "n/a".to_owned() } else { number.replace('-', "−") }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Artifact, Tensors};
+use crate::{Artifact, Tensors, shown_together};
 
 /// What came out of a claim, coordinate by coordinate.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,11 +27,31 @@ pub struct Finding {
     /// How many seeds were paired. 0 where nothing is, unless what was compared rests on too few
     /// seeds to decide anything: then how many.
     pub n: usize,
+    /// How far from 0 counts as equal; 0 where nothing but 0 does.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub within: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 impl Finding {
     /// Below this many seeds nothing is decided.
     pub const MIN_SEEDS: usize = 5;
+
+    /// The difference and then the ends of its interval, if it has one: with digits that tell them from each other
+    /// and from what counts as equal.
+    #[must_use]
+    pub fn shown(&self) -> Vec<String> {
+        let ends = self.interval.map(|(low, high)| [low, high]);
+        let told = [self.estimate].into_iter().chain(ends.into_iter().flatten());
+        let bounds = [-self.within, self.within].into_iter().filter(|bound| *bound != 0.0);
+        let mut shown = shown_together(&told.chain(bounds).collect::<Vec<_>>());
+        shown.truncate(if ends.is_some() { 3 } else { 1 });
+        shown
+    }
 
     /// Whether it is undecided for want of seeds.
     #[must_use]

@@ -21,7 +21,7 @@ declare! {
     /// they are apart. Without `seed` the numbers compare plainly, and within a tolerance if the
     /// difference is at most `t`. Equal infinities do not differ. Sides that rest on fewer than 5 seeds decide nothing either, and
     /// neither does what is not a number. Where differences are infinite there may be no interval.
-    pub struct Claim = "claim" @ 5 -> Verdict {
+    pub struct Claim = "claim" @ 6 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -60,7 +60,7 @@ impl Op for Claim {
                 } else {
                     (relation.judge(estimate, estimate, self.within), 0)
                 };
-                Finding { at, outcome, estimate, interval: None, n }
+                Finding { at, outcome, estimate, interval: None, n, within: self.within }
             }
         });
         Ok(Verdict { findings: findings.collect() })
@@ -88,7 +88,8 @@ impl Claim {
     ) -> Finding {
         let estimate = mean(differences);
         let n = if self.lacks_seeds() { self.seeds } else { differences.len() };
-        let finding = |outcome, interval| Finding { at, outcome, estimate, interval, n };
+        let finding =
+            |outcome, interval| Finding { at, outcome, estimate, interval, n, within: self.within };
         if n < Finding::MIN_SEEDS {
             return finding(Outcome::Undecided, None);
         }
@@ -317,6 +318,14 @@ mod tests {
                 let finding = within(x, seeds(&vec![x; n]), scalar(0.0));
                 assert_eq!((finding.outcome, finding.estimate), (Outcome::Holds, x), "{n} of {x}");
                 assert_eq!(finding.interval, Some((x, x)));
+                let above = f64::from_bits(x.to_bits() + 1);
+                let finding = within(x, seeds(&vec![above; n]), scalar(0.0));
+                assert_eq!(finding.outcome, Outcome::Fails);
+                assert_ne!(
+                    finding.shown()[0].parse(),
+                    Ok(x),
+                    "what fails is not shown as what holds"
+                );
                 let less = outcome(seeds(&vec![x; n]), "<=", scalar(x));
                 assert_eq!(less, Outcome::Holds, "{n} of {x}");
                 // All but one: the interval ends at the tolerance and not beyond.
