@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_op::Labels;
 use ivx_op::escape::csv as quoted;
+use ivx_op::label;
 use serde_json::{Map, Value};
 
 use crate::results::{Measure, Results};
@@ -114,13 +115,13 @@ impl Tidy {
             text += &(quoted(&row.experiment) + "," + &quoted(&row.measure) + ",");
             for coordinate in &row.at {
                 match coordinate {
-                    Some(Coordinate::Number(x)) => text += &x.to_string(),
+                    Some(Coordinate::Number(x)) => text += &label(*x),
                     Some(Coordinate::Name(name)) => text += &quoted(name),
                     None => {}
                 }
                 text.push(',');
             }
-            text += &(row.value.to_string() + "\n");
+            text += &(label(row.value) + "\n");
         }
         text
     }

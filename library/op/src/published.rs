@@ -5,7 +5,6 @@ use std::fmt;
 
 use ron::extensions::Extensions;
 use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
 
 use crate::{Dim, Labels, label as written};
 
@@ -28,50 +27,15 @@ pub struct Published {
 struct File {
     source: String,
     axes: Vec<(String, Vec<Label>)>,
-    values: Vec<Option<Exact>>,
-    errors: Option<Vec<Option<Exact>>>,
+    values: Vec<Option<f64>>,
+    errors: Option<Vec<Option<f64>>>,
 }
 
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Label {
-    Number(Exact),
+    Number(f64),
     Name(String),
-}
-
-/// A number as it is written: a whole one is refused where it would be rounded.
-struct Exact(f64);
-
-impl<'de> Deserialize<'de> for Exact {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(AnyNumber).map(Self)
-    }
-}
-
-struct AnyNumber;
-
-impl Visitor<'_> for AnyNumber {
-    type Value = f64;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number")
-    }
-
-    fn visit_f32<E: de::Error>(self, x: f32) -> Result<f64, E> {
-        Ok(f64::from(x))
-    }
-
-    fn visit_f64<E: de::Error>(self, x: f64) -> Result<f64, E> {
-        Ok(x)
-    }
-
-    fn visit_i64<E: de::Error>(self, n: i64) -> Result<f64, E> {
-        exact(n).ok_or_else(|| E::custom(too_large(n)))
-    }
-
-    fn visit_u64<E: de::Error>(self, n: u64) -> Result<f64, E> {
-        i64::try_from(n).ok().and_then(exact).ok_or_else(|| E::custom(too_large(n)))
-    }
 }
 
 /// A whole number as a real one; none where that could be another.
@@ -87,19 +51,51 @@ pub fn too_large(n: impl fmt::Display) -> String {
     format!("holds {n}, which is too large to be exact")
 }
 
+/// Whether each whole number of a file is one of the reals that it is read as.
+fn rounds_nothing(text: &str) -> Result<(), String> {
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let line = || 1 + text[..text.len() - rest.len()].matches('\n').count();
+        let word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '+' | '-');
+        let end = match c {
+            '"' => {
+                let mut is_escaped = false;
+                let ends = |c: char| {
+                    let ends = c == '"' && !is_escaped;
+                    is_escaped = c == '\\' && !is_escaped;
+                    ends
+                };
+                rest[1..].find(ends).map(|end| end + 2)
+            }
+            '/' if rest.starts_with("//") => rest.find('\n'),
+            '/' if rest.starts_with("/*") => rest.find("*/").map(|end| end + 2),
+            c if word(c) => {
+                let end = rest.find(|c| !word(c)).unwrap_or(rest.len());
+                let number = rest[..end].replace('_', "");
+                let digits = number.trim_start_matches(['+', '-']);
+                let is_whole = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+                if is_whole && number.parse().ok().and_then(exact).is_none() {
+                    return Err(format!("line {}: it {}", line(), too_large(&number)));
+                }
+                Some(end)
+            }
+            c => Some(c.len_utf8()),
+        };
+        rest = &rest[end.unwrap_or(rest.len())..];
+    }
+    Ok(())
+}
+
 /// The numbers of a file.
 ///
 /// # Errors
 /// What is wrong with the text, for its author.
 pub fn read_published(text: &str) -> Result<Published, String> {
+    rounds_nothing(text)?;
     let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
     let File { source, axes, values, errors } = options.from_str(text).map_err(|error| {
         format!("line {}, column {}: {}", error.span.start.line, error.span.start.col, error.code)
     })?;
-    let plain = |numbers: Vec<Option<Exact>>| -> Vec<Option<f64>> {
-        numbers.into_iter().map(|number| number.map(|Exact(x)| x)).collect()
-    };
-    let (values, errors) = (plain(values), errors.map(plain));
     let mut names = BTreeSet::new();
     for (name, _) in &axes {
         let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -140,7 +136,7 @@ pub fn read_published(text: &str) -> Result<Published, String> {
 /// The dimension; its labels are numbers if all are.
 fn dim(name: String, labels: &[Label]) -> Result<Dim, String> {
     let text = |label: &Label| match label {
-        Label::Number(Exact(x)) => written(*x),
+        Label::Number(x) => written(*x),
         Label::Name(name) => name.clone(),
     };
     let texts: Vec<String> = labels.iter().map(text).collect();
@@ -151,7 +147,7 @@ fn dim(name: String, labels: &[Label]) -> Result<Dim, String> {
     if let Some(again) = texts.iter().find(|label| !seen.insert(label.as_str())) {
         return Err(format!("axis `{name}` has the label `{again}` twice"));
     }
-    let number = |label: &Label| if let Label::Number(Exact(x)) = label { Some(*x) } else { None };
+    let number = |label: &Label| if let Label::Number(x) = label { Some(*x) } else { None };
     let labels = match labels.iter().map(number).collect::<Option<Vec<f64>>>() {
         Some(numbers) if numbers.iter().all(|x| x.is_finite()) => Labels::Numbers(numbers),
         Some(_) => return Err(format!("a label of axis `{name}` is not finite")),

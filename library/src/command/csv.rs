@@ -26,6 +26,8 @@ pub(super) fn write(columns: &[(&str, &[f64])]) -> Vec<u8> {
 pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // Some programs end lines by one, some by the other, most by both.
+    let text = text.replace("\r\n", "\n").replace('\r', "\n");
     let mut lines = text.lines();
     let header = lines.next().filter(|line| !line.trim().is_empty());
     let header = header.ok_or("its first line has no names of columns")?;
@@ -77,7 +79,13 @@ fn no_number(text: &str) -> String {
         }
         "true" | "false" => format!("`{text}` is no number: write 1 for true and 0 for false"),
         _ if point.parse::<f64>().is_ok() => {
-            format!("`{text}` is no number: write `{point}`, with a point")
+            let whole = text.replace(',', "");
+            match text.rsplit_once(',') {
+                Some((_, rest)) if rest.len() == 3 => {
+                    format!("`{text}` is no number: write `{whole}` or `{point}`, whichever it is")
+                }
+                _ => format!("`{text}` is no number: write `{point}`, with a point"),
+            }
         }
         _ => format!("`{}` is no number", text.chars().take(40).collect::<String>()),
     }
@@ -169,6 +177,11 @@ mod tests {
             "x,y\n\"1,5\",2\n",
             "line 2, column `x`: `1,5` is no number: write `1.5`, with a point",
         );
+        check(
+            "x,y\n\"1,000\",2\n",
+            "`1,000` is no number: write `1000` or `1.000`, whichever it is",
+        );
+        check("x\r1\ra", "line 3, column `x`: `a` is no number");
         check("x,y\nTrue,2\n", "column `x`: `True` is no number: write 1 for true");
         check("x;y\n1;2\n", "its columns are separated by `;`: write `,` between them");
         check("x\ty\n1\t2\n", "separated by tabs");

@@ -13,7 +13,7 @@ declare! {
     /// value at the edge between two counts in the upper, and the highest in the last.
     ///
     /// A panel without values says `n/a`. How many finite ones were left out, the axis says.
-    pub struct Histogram = "histogram" @ 3 -> Figure {
+    pub struct Histogram = "histogram" @ 4 -> Figure {
         /// The values; those that are not finite, or beyond 1e300, are left out.
         y: Everything<Array>;
         /// Axes that have a panel for each label; those of the last stand side by side.
@@ -36,6 +36,7 @@ impl Op for Histogram {
         let count =
             |wanted: fn(f64) -> bool| parts.iter().flatten().filter(|x| wanted(**x)).count();
         let n_beyond = count(|x| x.is_finite() && !placeable(x));
+        let n_infinite = count(f64::is_infinite);
         for values in &mut parts {
             values.retain(|x| placeable(*x));
         }
@@ -44,9 +45,11 @@ impl Op for Histogram {
         let ends = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
         let (panel_names, columns) = panels(&dims);
         let mut x_label = if self.x_label.is_empty() { name } else { &self.x_label }.clone();
-        if n_beyond > 0 {
-            let blank = if x_label.is_empty() { "" } else { " " };
-            x_label = format!("{x_label}{blank}({n_beyond} beyond 1e300 left out)");
+        for (n, what) in [(n_beyond, "beyond 1e300"), (n_infinite, "infinite")] {
+            if n > 0 {
+                let blank = if x_label.is_empty() { "" } else { " " };
+                x_label = format!("{x_label}{blank}({n} {what} left out)");
+            }
         }
         // Without values there is nothing for ticks to say.
         let axis = |label: &str| Axis {

@@ -32,7 +32,7 @@ pub(super) fn placeable(x: f64) -> bool {
 
 /// Whether two ends are far enough apart for ticks between them to be told apart.
 pub(super) fn apart(low: f64, high: f64) -> bool {
-    high - low > 1e-9 * low.abs().max(high.abs()) && high - low > 1e-290
+    high - low > 1e-13 * low.abs().max(high.abs()) && high - low > 1e-300
 }
 
 /// The ranges of the horizontal and the vertical axis.

@@ -119,9 +119,9 @@ pub fn mean(xs: &[f64]) -> f64 {
 /// A power of two: what is multiplied by it can be summed, and keeps the bits that count.
 const TINY: f64 = 1.0 / 1_152_921_504_606_846_976.0;
 
-/// `Σ (x_i − x̄)²` in units of the square of a power of two, and this power: so that no square is too large or
+/// `Σ (x_i − x̄)²` in units of the square of a power of two, and this power, as a product: so that no square is too large or
 /// too small for a number. Of equal numbers it is 0; of numbers of which one is not finite, NaN.
-fn squares(xs: &[f64]) -> (f64, f64) {
+fn squares(xs: &[f64]) -> (f64, [f64; 2]) {
     let scaled = |unit: f64| -> Vec<f64> { xs.iter().map(|x| x / unit).collect() };
     let largest = |xs: &[f64]| xs.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     // A quarter of the numbers, where their differences could overflow.
@@ -130,14 +130,14 @@ fn squares(xs: &[f64]) -> (f64, f64) {
     let centre = mean(&xs);
     let deviations: Vec<f64> = xs.iter().map(|x| x - centre).collect();
     if deviations.iter().all(|d| *d == 0.0) || xs.iter().any(|x| !x.is_finite()) {
-        return (if centre.is_finite() { 0.0 } else { f64::NAN }, 1.0);
+        return (if centre.is_finite() { 0.0 } else { f64::NAN }, [1.0, 1.0]);
     }
     let unit = power_of_two(largest(&deviations));
     let deviations: Vec<f64> = deviations.iter().map(|d| d / unit).collect();
     let squares: Vec<f64> = deviations.iter().map(|d| d * d).collect();
     // The mean was rounded: what is left of the deviations' sum says by how much.
     let left = sum(&deviations);
-    ((sum(&squares) - left * left / real(xs.len())).max(0.0), unit * by)
+    ((sum(&squares) - left * left / real(xs.len())).max(0.0), [unit, by])
 }
 
 /// The largest power of two that is not above a positive number.
@@ -149,8 +149,8 @@ fn power_of_two(x: f64) -> f64 {
 /// The population variance (`ddof = 0`); NaN of nothing.
 #[must_use]
 pub fn variance(xs: &[f64]) -> f64 {
-    let (squares, unit) = squares(xs);
-    squares / real(xs.len()) * unit * unit
+    let (squares, [unit, by]) = squares(xs);
+    squares / real(xs.len()) * unit * by * unit * by
 }
 
 /// The sample variance (`ddof = 1`); NaN of fewer than two values.
@@ -159,15 +159,15 @@ pub fn sample_variance(xs: &[f64]) -> f64 {
     if xs.len() < 2 {
         return f64::NAN;
     }
-    let (squares, unit) = squares(xs);
-    squares / real(xs.len() - 1) * unit * unit
+    let (squares, [unit, by]) = squares(xs);
+    squares / real(xs.len() - 1) * unit * by * unit * by
 }
 
 /// The population standard deviation (`ddof = 0`): 0 of equal numbers; NaN of nothing and of what is not finite.
 #[must_use]
 pub fn std(xs: &[f64]) -> f64 {
-    let (squares, unit) = squares(xs);
-    (squares / real(xs.len())).sqrt() * unit
+    let (squares, [unit, by]) = squares(xs);
+    (squares / real(xs.len())).sqrt() * unit * by
 }
 
 /// The standard error of the mean, from the sample variance; NaN of fewer than two values.
@@ -176,8 +176,8 @@ pub fn stderr(xs: &[f64]) -> f64 {
     if xs.len() < 2 {
         return f64::NAN;
     }
-    let (squares, unit) = squares(xs);
-    (squares / real(xs.len() - 1) / real(xs.len())).sqrt() * unit
+    let (squares, [unit, by]) = squares(xs);
+    (squares / real(xs.len() - 1) / real(xs.len())).sqrt() * unit * by
 }
 
 /// `Σ w_i x_i` for weights that sum to one.
@@ -274,6 +274,9 @@ mod tests {
         // Half way between 1 and its neighbour, and a little more.
         assert_eq!(sum(&[1.0, f64::EPSILON / 2.0, 1e-40]), 1.0 + f64::EPSILON);
         assert_eq!(std(&[1e200, 3e200]), 1e200);
+        let large = [1.7e308, -1.7e308, 1.7e308, -1.7e308, 1.6e308];
+        let small: Vec<f64> = large.iter().map(|x| x / 16.0).collect();
+        assert_eq!((std(&large), stderr(&large)), (std(&small) * 16.0, stderr(&small) * 16.0));
         assert_eq!(std(&[-f64::MAX, f64::MAX]), f64::MAX);
         assert_eq!(std(&[1e-200, 3e-200]), 1e-200);
         assert_eq!(stderr(&[1e-200, 3e-200]), 1e-200);

@@ -87,8 +87,14 @@ fn dataset(mut columns: Columns, classes: usize) -> Result<Dataset, String> {
     if n != m {
         return Err(format!("there are {n} of `x` and {m} of `y`"));
     }
-    if let Some(odd) = x.iter().chain(&y).find(|value| !value.is_finite()) {
-        return Err(format!("it has finite numbers, and not {odd}"));
+    for (name, values) in [("x", &x), ("y", &y)] {
+        if let Some(i) = values.iter().position(|value| !value.is_finite()) {
+            let row = 1 + i / (values.len() / n);
+            return Err(format!(
+                "observation {row} has {} in `{name}`: a data set has finite numbers",
+                values[i]
+            ));
+        }
     }
     let classes = (classes > 0).then_some(classes);
     if let Some(classes) = classes {
@@ -165,7 +171,11 @@ mod tests {
             b"x,z\n1,2\n",
             "it has `x`, `z`, and a data set has `x` and `y` alone: call them so",
         );
-        check("d.csv", b"x,y\n1,NaN\n", "it has finite numbers, and not NaN");
+        check(
+            "d.csv",
+            b"x,y\n1,NaN\n",
+            "observation 1 has NaN in `y`: a data set has finite numbers",
+        );
         check("d.npz", b"PK", "it is no zip archive, or a damaged one");
         let uneven = npz::write(&[("x", &[1], &[1.0]), ("y", &[2], &[1.0, 2.0])]);
         check("d.npz", &uneven, "there are 1 of `x` and 2 of `y`");

@@ -29,10 +29,9 @@ impl Op for ReadScalar {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let bytes = &output(&self.outputs, &self.name)?.bytes[..];
         let about = |why: &str| wrong(&self.name, why);
-        let quoted = quoted(bytes);
-        let mut value: &RawValue = serde_json::from_slice(bytes)
-            .or_else(|error| serde_json::from_slice(&quoted).map_err(|_| error))
-            .map_err(|error| about(&format!("it is not JSON: {error}")))?;
+        let (text, places) = quoted(bytes);
+        let mut value: &RawValue = serde_json::from_slice(&text)
+            .map_err(|error| about(&format!("it is not JSON: {}", told(&error, &text, &places))))?;
         let mut seen = String::new();
         for part in self.field.split('.').filter(|_| !self.field.is_empty()) {
             let place = if seen.is_empty() { "it".to_owned() } else { format!("`{seen}`") };
@@ -58,15 +57,17 @@ fn inner<'a>(value: &'a RawValue, part: &str) -> Option<&'a RawValue> {
     part.parse().ok().and_then(|i: usize| items.get(i).copied())
 }
 
-/// The file with quotes around what is not JSON and Python writes for numbers that JSON lacks.
-fn quoted(bytes: &[u8]) -> Vec<u8> {
+/// The file with quotes around what is not JSON and Python writes for numbers that JSON lacks, and where these are.
+fn quoted(bytes: &[u8]) -> (Vec<u8>, Vec<usize>) {
     let mut out = Vec::with_capacity(bytes.len());
+    let mut places = Vec::new();
     let mut rest = bytes;
     let mut in_text = false;
     while let [first, after @ ..] = rest {
         let names = [&b"NaN"[..], b"Infinity", b"-Infinity"];
         let name = names.into_iter().find(|name| !in_text && rest.starts_with(name));
         if let Some(name) = name {
+            places.extend([out.len(), out.len() + name.len() + 1]);
             out.extend([b"\"", name, b"\""].concat());
             rest = &rest[name.len()..];
             continue;
@@ -82,7 +83,17 @@ fn quoted(bytes: &[u8]) -> Vec<u8> {
             _ => {}
         }
     }
-    out
+    (out, places)
+}
+
+/// What is wrong and where in the file, which has no quotes at these places.
+fn told(error: &serde_json::Error, text: &[u8], places: &[usize]) -> String {
+    let (line, column) = (error.line(), error.column());
+    let begin: usize = text.split(|byte| *byte == b'\n').take(line - 1).map(|l| l.len() + 1).sum();
+    let added = places.iter().filter(|place| (begin..begin + column).contains(place)).count();
+    let why = error.to_string();
+    let why = why.split(" at line ").next().unwrap_or_default();
+    format!("{why} at line {line}, column {}", column - added)
 }
 
 /// The number, to the bit; what JSON has no numbers for is a text. A whole number that would be rounded is none.
@@ -95,7 +106,14 @@ fn number(value: &RawValue) -> Result<f64, String> {
         _ => {}
     }
     let is_number = text.starts_with(|c: char| c == '-' || c.is_ascii_digit());
+    let is_nonzero = |text: &str| {
+        let digits = text.split(['e', 'E']).next().unwrap_or_default();
+        digits.contains(|c: char| ('1'..='9').contains(&c))
+    };
     match text.parse::<f64>() {
+        Ok(0.0) if is_number && is_nonzero(text) => {
+            Err(format!("holds {text}, which is so small that it would be 0"))
+        }
         Ok(_) if is_whole(text) && text.parse().ok().and_then(exact).is_none() => {
             Err(too_large(text))
         }
@@ -183,8 +201,11 @@ mod tests {
         check(r#"{"a": "1"}"#, "a", "`a` is text and no number");
         check("true", "", "it is true or false and no number");
         let why = read("{\"a\": 1,\n \"b\": nan}", "b").unwrap_err();
-        assert!(why.contains("it is not JSON: expected ident at line 2 column 8"), "{why}");
+        assert!(why.contains("it is not JSON: expected ident at line 2, column 8"), "{why}");
+        let why = read("{\"a\": 1,\n \"b\": [NaN, NaN, 0x1], \"c\": NaN}", "b.0").unwrap_err();
+        assert!(why.contains("it is not JSON: expected `,` or `]` at line 2, column 19"), "{why}");
         assert!(read("1 2", "").unwrap_err().contains("it is not JSON"));
         check("1e999", "", "it holds 1e999, which is too large for a number");
+        check("-1.5e-400", "", "it holds -1.5e-400, which is so small that it would be 0");
     }
 }
