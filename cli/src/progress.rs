@@ -9,6 +9,9 @@ use ivx_engine::{Event, Listen};
 
 use crate::render::visible;
 
+/// So many different failures are told in full, the others by their last line.
+const WHOLE: usize = 3;
+
 /// How often a plain line is written.
 const LINE: Duration = Duration::from_secs(5);
 
@@ -110,13 +113,22 @@ impl Listen for Progress<'_> {
                     *n_more += 1;
                 } else {
                     let address = visible(address);
-                    self.say(&format!("failed: {address}: {why}"));
+                    let told = if self.failed.len() < WHOLE { why.to_owned() } else { short(why) };
+                    self.say(&format!("failed: {address}: {told}"));
                     self.failed.insert(why.to_owned(), (address, 0));
                 }
             }
             Event::Skipped { .. } => self.done += 1,
             Event::Noted { what } => self.say(&format!("note: {what}")),
         }
+    }
+}
+
+/// The first and the last line of what is wrong: a traceback ends with what it is about.
+fn short(why: &str) -> String {
+    match (why.split_once('\n'), why.rsplit_once('\n')) {
+        (Some((first, _)), Some((_, last))) => format!("{first} {}", last.trim()),
+        _ => why.to_owned(),
     }
 }
 
@@ -153,6 +165,21 @@ mod tests {
     fn durations_are_spelt_as_people_say_them() {
         let spelt = [0.214, 42.9, 95.0, 7_500.0].map(|s| spell(Duration::from_secs_f64(s)));
         assert_eq!(spelt, ["0.21 s", "42 s", "1 min 35 s", "2 h 5 min"]);
+    }
+
+    #[test]
+    fn of_many_failures_the_first_are_told_in_full() {
+        let mut err = Vec::new();
+        let mut progress = Progress::new(&mut err, 2);
+        progress.bar = None;
+        for i in 0..5 {
+            let why = format!("its standard error ends:\n    Traceback\n    bad {i}");
+            progress.event(Event::Failed { address: "e/x", why: &why });
+        }
+        progress.finish();
+        let said = String::from_utf8_lossy(&err).into_owned();
+        assert_eq!(said.matches("Traceback").count(), WHOLE, "{said}");
+        assert!(said.ends_with("failed: e/x: its standard error ends: bad 4\n"), "{said}");
     }
 
     #[test]

@@ -61,9 +61,11 @@ pub(crate) fn publish(
     let (around, name) = (parent(folder)?, file_name(folder)?);
     let stage = around.join(wrapped(name, AFTER));
     let left = if is_of_project { unfinished(around)? } else { Vec::new() };
-    for left in left.iter().map(OsString::as_os_str).chain(stage.exists().then_some(name)) {
-        recover(around, left)?;
+    // What cannot be cleared away of another folder does not stop this one.
+    for left in left.iter().filter(|left| *left != name) {
+        recover(around, left).ok();
     }
+    recover(around, name)?;
     let written = write(&stage, folder, files).and_then(|()| swap(&stage, folder));
     if let Err(trouble) = written {
         // The first error is the one to tell; what stays is cleared away by the next run.
@@ -80,11 +82,22 @@ fn full(trouble: Trouble) -> Trouble {
         Trouble::File { path, source }
             if matches!(source.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) =>
         {
-            let why = "the disk is full; the results that were there are as they were, and those of this run can \
-                       be had by `ivx show --to DIR` once there is room";
+            let why = "the disk is full; the results that were there are as they were: run again once there is room";
             Trouble::Content { path, why: why.to_owned() }
         }
         other => other,
+    }
+}
+
+/// What stands where a folder is to be; none if it is one, or nothing.
+pub(crate) fn in_the_way(folder: &Path) -> Option<String> {
+    match fs::read_dir(folder).err()?.kind() {
+        ErrorKind::NotFound if fs::symlink_metadata(folder).is_err() => None,
+        ErrorKind::NotFound => Some("is a link that leads nowhere: remove it".to_owned()),
+        ErrorKind::NotADirectory => {
+            Some("is a file, where a folder is to be: move it away".to_owned())
+        }
+        kind => Some(format!("cannot be written to: {kind}")),
     }
 }
 
@@ -95,11 +108,10 @@ pub(crate) fn refusal(folder: &Path, results: &Path) -> Option<String> {
     if folder == results {
         return Some("is where the results of all specs lie: name a folder in it".to_owned());
     }
-    let mut entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == ErrorKind::NotFound => return None,
-        Err(error) => return Some(format!("cannot be written to: {error}")),
-    };
+    if let Some(why) = in_the_way(folder) {
+        return Some(why);
+    }
+    let mut entries = fs::read_dir(folder).ok()?;
     let text = match fs::read_to_string(folder.join(RESULTS)) {
         Ok(text) => text,
         Err(_) if entries.next().is_none() => return None,
@@ -164,7 +176,11 @@ fn swap(stage: &Path, folder: &Path) -> Result<(), Trouble> {
 fn unfinished(around: &Path) -> Result<Vec<OsString>, Trouble> {
     let mut names = Vec::new();
     for entry in fs::read_dir(around).at(around)? {
-        let name = entry.at(around)?.file_name();
+        let entry = entry.at(around)?;
+        if !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            continue;
+        }
+        let name = entry.file_name();
         let name = name.as_encoded_bytes();
         let inner = name.strip_prefix(BEFORE.as_bytes());
         if inner.and_then(|name| name.strip_suffix(AFTER.as_bytes())).is_some() {
@@ -224,8 +240,10 @@ impl Replaced<'_> {
     /// Clears one of its folders.
     fn clear(&self, inner: &Path, moved: &mut Vec<PathBuf>) -> Result<(), Trouble> {
         let own = self.set.join(inner);
-        for entry in fs::read_dir(&own).at(&own)? {
-            let entry = entry.at(&own)?;
+        let mut entries: Vec<_> = fs::read_dir(&own).and_then(Iterator::collect).at(&own)?;
+        // It says what a run wrote, also to who goes on after a kill.
+        entries.sort_by_key(|entry| entry.file_name() == RESULTS);
+        for entry in entries {
             let (inner, path) = (inner.join(entry.file_name()), entry.path());
             let kind = entry.file_type().at(&path)?;
             if kind.is_dir() && FOLDERS.iter().any(|folder| inner == Path::new(folder)) {
@@ -371,6 +389,17 @@ mod tests {
     }
 
     #[test]
+    fn what_is_left_of_another_folder_and_cannot_be_cleared_stops_nobody() {
+        let project = tempfile::tempdir().unwrap();
+        let results = project.path().join("results");
+        fs::create_dir_all(results.join(".y.ivx-new/mine")).unwrap();
+        fs::write(results.join(".z.ivx-new"), "mine").unwrap();
+        publish(&results.join("s"), &results, &set("a", "1")).unwrap();
+        assert_eq!(files(&results.join("s")), ["figures/a.svg", RESULTS]);
+        assert!(results.join(".y.ivx-new/mine").exists() && results.join(".z.ivx-new").exists());
+    }
+
+    #[test]
     fn what_no_run_wrote_stays_and_what_is_in_the_way_is_told() {
         let project = tempfile::tempdir().unwrap();
         let (results, folder) = (project.path().join("results"), project.path().join("results/s"));
@@ -399,5 +428,12 @@ mod tests {
         put(&out, &set("a", "1"));
         assert_eq!(refused(&out), "");
         assert!(refused(&results).contains("all specs"));
+        fs::write(project.path().join("file"), "").unwrap();
+        assert!(refused(&project.path().join("file")).contains("is a file"));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("nowhere", project.path().join("link")).unwrap();
+            assert!(refused(&project.path().join("link")).contains("leads nowhere"));
+        }
     }
 }

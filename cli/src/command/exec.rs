@@ -22,7 +22,7 @@ use crate::history::{self, Files, Summary};
 use crate::machine::memory;
 use crate::place;
 use crate::progress::Progress;
-use crate::publish::{RESULTS, publish, refusal};
+use crate::publish::{RESULTS, in_the_way, publish, refusal};
 use crate::time::now_millis;
 use crate::{FAILED, OK, STOPPED, Trouble, WRONG, args, project, store};
 
@@ -157,10 +157,16 @@ fn target(
     let name = place::name(spec, &variant);
     let results = project::real(&project::results(&loaded.root));
     let folder = args.out.as_deref().map_or_else(|| results.join(&name), project::real);
-    if let Some(out) = &args.out
-        && let Some(why) = refusal(&folder, &results)
-    {
-        writeln!(err, "error: {} {why}", out.display())?;
+    let why = match &args.out {
+        Some(_) => refusal(&folder, &results),
+        None => in_the_way(&folder),
+    };
+    if let Some(why) = why {
+        let shown = args
+            .out
+            .as_ref()
+            .map_or_else(|| project::shown(&folder), |out| out.display().to_string());
+        writeln!(err, "error: {shown} {why}")?;
         return Ok(None);
     }
     Ok(Some(Target { name, folder, results }))
