@@ -77,8 +77,7 @@ fn failure((why, nodes): (&str, Vec<&str>)) -> String {
     if rest.is_empty() {
         return item;
     }
-    let n = rest.split(|c| c != '`').map(str::len).max().unwrap_or(0).max(2) + 1;
-    let fence = "`".repeat(n);
+    let fence = "`".repeat(backticks(rest).max(2) + 1);
     format!("{item}\n\n{fence}text\n{rest}\n{fence}")
 }
 
@@ -211,6 +210,11 @@ fn difference(finding: &Finding) -> String {
     format!(", difference {}{interval}{seeds}{lacking}", numbers[0])
 }
 
+/// How long the longest run of backticks is: a fence around the text is longer.
+fn backticks(text: &str) -> usize {
+    text.split(|c| c != '`').map(str::len).max().unwrap_or(0)
+}
+
 /// Text that is no prose, as code on one line.
 #[must_use]
 pub fn code(text: &str) -> String {
@@ -218,9 +222,7 @@ pub fn code(text: &str) -> String {
     if text.trim().is_empty() {
         return format!("`{text:?}`");
     }
-    // Longer than any run of backticks inside.
-    let n = text.split(|c| c != '`').map(str::len).max().unwrap_or(0) + 1;
-    let fence = "`".repeat(n);
+    let fence = "`".repeat(backticks(&text) + 1);
     let blank = if text.starts_with(['`', ' ']) || text.ends_with(['`', ' ']) { " " } else { "" };
     format!("{fence}{blank}{text}{blank}{fence}")
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use ivx_op::Labels;
-use ivx_op::escape::csv as quoted;
+use ivx_op::escape::{csv as quoted, json_name};
 use ivx_op::label;
 use serde_json::{Map, Value};
 
@@ -78,14 +78,9 @@ fn columns(dims: &[String]) -> Vec<String> {
     dims.iter().map(column).collect()
 }
 
-/// A number of JSON, or the name of what is none there: most languages read these names as numbers.
+/// A number of JSON, or the name of what is none there.
 fn number(x: f64) -> Value {
-    match x {
-        x if x.is_nan() => "NaN".into(),
-        f64::INFINITY => "Infinity".into(),
-        f64::NEG_INFINITY => "-Infinity".into(),
-        x => x.into(),
-    }
+    json_name(x).map_or_else(|| x.into(), Value::from)
 }
 
 /// Where the `i`-th number of a measure lies along a dimension; last dimension fastest.

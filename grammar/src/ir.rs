@@ -77,7 +77,7 @@ impl Axis {
     pub fn labels(&self) -> Labels {
         let numbers: Option<Vec<f64>> =
             self.coords.iter().map(|coord| coord.value.as_f64()).collect();
-        let exact = |value: &Lit| !matches!(value, Lit::Int(n) if n.unsigned_abs() > 1 << 53);
+        let exact = |value: &Lit| !matches!(value, Lit::Int(n) if ivx_op::exact(*n).is_none());
         let plain = |coord: &Coord| exact(&coord.value) && coord.value.to_string() == coord.label;
         match numbers {
             Some(numbers) if self.coords.iter().all(plain) => Labels::Numbers(numbers),

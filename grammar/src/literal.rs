@@ -1,6 +1,6 @@
 //! Descriptions given on the command line.
 
-use ivx_op::Lit;
+use ivx_op::{Lit, vanishes};
 
 use crate::ast::{Expr, ExprKind, ItemKind};
 use crate::parse;
@@ -47,11 +47,10 @@ pub(crate) fn number(written: &str, negative: bool) -> Result<Lit, (&'static str
     }
     let limits = || format!("a `Float` lies from {:e} to {:e}", f64::MIN, f64::MAX);
     let value: f64 = digits.parse().map_err(|_| ("this is no number", limits()))?;
-    let mantissa = plain.split(['e', 'E']).next().unwrap_or(plain);
     if !value.is_finite() {
         return Err(("the number is too large", limits()));
     }
-    if value == 0.0 && mantissa.bytes().any(|byte| matches!(byte, b'1'..=b'9')) {
+    if vanishes(&digits) {
         let help =
             "the smallest `Float` above 0 is 5e-324; write `0.0` if that is meant".to_owned();
         return Err(("the number is so small that it would be 0", help));

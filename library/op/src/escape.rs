@@ -38,6 +38,18 @@ pub fn csv(text: &str) -> String {
     if special { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
+/// What stands in JSON, as text, for a number that it lacks: names that most languages read as numbers. None for
+/// numbers that it has.
+#[must_use]
+pub fn json_name(x: f64) -> Option<&'static str> {
+    match x {
+        x if x.is_nan() => Some("NaN"),
+        f64::INFINITY => Some("Infinity"),
+        f64::NEG_INFINITY => Some("-Infinity"),
+        _ => None,
+    }
+}
+
 /// Whether a character is a control, or one of writing direction, which makes text look like another.
 fn acts(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')

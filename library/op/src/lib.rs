@@ -34,7 +34,7 @@ pub use declare::field_name;
 pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
 pub use lit::{Args, Held, Lit, Part};
 pub use needs::Needs;
-pub use published::{Published, exact, read_published, too_large};
+pub use published::{Published, exact, is_rounded, read_published, too_large, vanishes};
 pub use record::{AnyArtifact, AnyRecord};
 pub use registry::{Bytes, Declared, Family, Op, OpError, Parts, Produces, Registry, Rows};
 pub use rendered::{Figure, Table};

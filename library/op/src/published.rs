@@ -45,6 +45,21 @@ pub fn exact(n: i64) -> Option<f64> {
     (n.unsigned_abs() <= 1 << 53).then_some(n as f64)
 }
 
+/// Whether a text is a whole number, without a point or a power of ten, that would be rounded.
+#[must_use]
+pub fn is_rounded(number: &str) -> bool {
+    let digits = number.trim_start_matches(['-', '+']);
+    let is_whole = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    is_whole && number.parse().ok().and_then(exact).is_none()
+}
+
+/// Whether a number is written that is not 0 and is read as 0.
+#[must_use]
+pub fn vanishes(number: &str) -> bool {
+    let mantissa = number.split(['e', 'E']).next().unwrap_or(number);
+    number.parse() == Ok(0.0) && mantissa.bytes().any(|byte| matches!(byte, b'1'..=b'9'))
+}
+
 /// What is said of a whole number that would be rounded.
 #[must_use]
 pub fn too_large(n: impl fmt::Display) -> String {
@@ -72,9 +87,7 @@ fn rounds_nothing(text: &str) -> Result<(), String> {
             c if word(c) => {
                 let end = rest.find(|c| !word(c)).unwrap_or(rest.len());
                 let number = rest[..end].replace('_', "");
-                let digits = number.trim_start_matches(['+', '-']);
-                let is_whole = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
-                if is_whole && number.parse().ok().and_then(exact).is_none() {
+                if is_rounded(&number) {
                     return Err(format!("line {}: it {}", line(), too_large(&number)));
                 }
                 Some(end)

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::too_large;
+use ivx_op::{is_rounded, too_large};
 
 use super::read::Columns;
 
@@ -66,8 +66,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
 /// The number that a text is; a whole one that would be rounded is none.
 fn exact(text: &str) -> Result<f64, String> {
     let value = text.parse().map_err(|_| no_number(text))?;
-    let is_exact = !is_whole(text) || text.parse().ok().and_then(ivx_op::exact).is_some();
-    if is_exact { Ok(value) } else { Err(format!("it {}", too_large(text))) }
+    if is_rounded(text) { Err(format!("it {}", too_large(text))) } else { Ok(value) }
 }
 
 fn no_number(text: &str) -> String {
@@ -89,12 +88,6 @@ fn no_number(text: &str) -> String {
         }
         _ => format!("`{}` is no number", text.chars().take(40).collect::<String>()),
     }
-}
-
-/// Whether a number is written as a whole one, without a point or a power of ten.
-pub(super) fn is_whole(number: &str) -> bool {
-    let digits = number.trim_start_matches(['-', '+']);
-    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// The fields of a line, without blanks and quotes around them (RFC 4180).

@@ -3,6 +3,7 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_op::escape::json_name;
 use ivx_op::{AnyArtifact, Array, Artifact, Labels, One, OpError, Parts, declare, family, kind_of};
 use serde_json::{Value, json};
 
@@ -79,12 +80,7 @@ impl Input for AsFile {
 }
 
 pub(super) fn json_of(array: &Array) -> Vec<u8> {
-    // JSON has no numbers for what is not finite; these names are read as numbers by most languages.
-    let number = |x: &f64| match *x {
-        x if x.is_finite() => json!(x),
-        x if x.is_nan() => json!("NaN"),
-        x => json!(if x > 0.0 { "Infinity" } else { "-Infinity" }),
-    };
+    let number = |x: &f64| json_name(*x).map_or_else(|| json!(x), |name| json!(name));
     let value = if array.dims.is_empty() {
         number(&array.values[0])
     } else {

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{Array, Ctx, One, Op, OpError, declare, exact, too_large};
+use ivx_op::{Array, Ctx, One, Op, OpError, declare, is_rounded, too_large, vanishes};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use super::super::csv::is_whole;
 use super::{is_left_behind, output, wrong};
 use crate::artifact::Outputs;
 
@@ -106,17 +105,11 @@ fn number(value: &RawValue) -> Result<f64, String> {
         _ => {}
     }
     let is_number = text.starts_with(|c: char| c == '-' || c.is_ascii_digit());
-    let is_nonzero = |text: &str| {
-        let digits = text.split(['e', 'E']).next().unwrap_or_default();
-        digits.contains(|c: char| ('1'..='9').contains(&c))
-    };
     match text.parse::<f64>() {
-        Ok(0.0) if is_number && is_nonzero(text) => {
+        Ok(_) if is_number && vanishes(text) => {
             Err(format!("holds {text}, which is so small that it would be 0"))
         }
-        Ok(_) if is_whole(text) && text.parse().ok().and_then(exact).is_none() => {
-            Err(too_large(text))
-        }
+        Ok(_) if is_rounded(text) => Err(too_large(text)),
         Ok(x) if is_number && x.is_finite() => Ok(x),
         Ok(_) if is_number => Err(format!("holds {text}, which is too large for a number")),
         _ => Err(format!("is {} and no number", described(value))),
