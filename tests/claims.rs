@@ -26,7 +26,7 @@ experiment e {{
 fn fewer_than_five_seeds_decide_nothing() {
     let claims = "claim \"paired\" : far < 9.0
     claim \"reduced\" : mean(far, over: seed) < 9.0
-    claim \"shared\" : share(far < 9.0, over: seed) >= 0.9
+    claim \"shared\" : share(far < 9.0, over: seed) >= 0.8
     claim \"reduced far up\" : 2.0 * max(far * 2.0, over: seed) - truth < 99.0
     claim \"one side\" : truth < mean(far, over: seed) + 9.0
     claim \"picked\" : far[seed: 0] < 9.0
@@ -38,7 +38,9 @@ fn fewer_than_five_seeds_decide_nothing() {
     expected[8] = holds;
     assert_eq!(outcomes(claims, "axis seed = 0..4"), expected);
     expected[..5].fill(holds);
-    assert_eq!(outcomes(claims, "axis seed = 0..5"), expected);
+    // A largest number of these seeds says nothing of others.
+    expected[3] = "describes";
+    assert_eq!(outcomes(claims, "axis seed = 0..20"), expected);
 }
 
 #[test]

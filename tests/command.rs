@@ -108,7 +108,7 @@ fn a_program_that_is_given_the_seed_draws_from_it() {
         format!(
             "edition \"2026\"\nexperiment e {{\n axis seed = 0..{seeds}\n let n = read_scalar(\
              command(\"echo\", args: [{given}], stdout: \"n\"), \"n\")\n \
-             claim \"c\" : mean(n * (seed + 1), over: seed) > -1.0\n}}\n"
+             claim \"c\" : n * 1.0 > -1.0\n}}\n"
         )
     };
     let project = Project::with(&[]);

@@ -19,6 +19,7 @@ mod keys;
 mod large;
 mod layout;
 mod new;
+mod null;
 mod pipeline;
 mod project;
 mod published;

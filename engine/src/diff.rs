@@ -290,7 +290,7 @@ mod tests {
 
     fn results(value: f64, outcome: Outcome, members: i64) -> Results {
         let measure = Measure { dims: Vec::new(), values: vec![value] };
-        let claim = Claim { claim: "a < b".into(), outcome: Some(outcome), findings: Vec::new() };
+        let claim = Claim { claim: "a < b".into(), outcome: Some(outcome), ..Claim::default() };
         let experiment = ExperimentResults {
             params: [("members".into(), Setting::Int(members))].into(),
             claims: [("less".into(), claim)].into(),
@@ -327,12 +327,13 @@ mod tests {
             estimate,
             interval,
             n: 8,
-            within: 0.0,
+            ..Finding::default()
         };
         let claim = |findings: [Finding; 2]| Claim {
             claim: "a < b".into(),
             outcome: Some(Outcome::Fails),
             findings: findings.into(),
+            ..Claim::default()
         };
         let stays = finding("WCM", Outcome::Fails, 2.0, None);
         let before = claim([stays.clone(), finding("MA", Outcome::Holds, -1.0 / 3.0, None)]);

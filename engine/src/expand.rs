@@ -47,9 +47,9 @@ pub fn expand(spec: &Spec, registry: &Registry) -> Plan {
 
 fn outputs(spec: &Spec) -> impl Iterator<Item = ExprId> {
     spec.experiments.iter().flat_map(|experiment| {
-        let groups =
-            [&experiment.measures, &experiment.figures, &experiment.tables, &experiment.claims];
-        groups.into_iter().flatten().map(|output| output.expr)
+        let groups = [&experiment.measures, &experiment.figures, &experiment.tables];
+        let claims = experiment.claims.iter().map(|claim| &claim.output);
+        groups.into_iter().flatten().chain(claims).map(|output| output.expr)
     })
 }
 

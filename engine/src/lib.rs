@@ -12,6 +12,7 @@ mod event;
 mod execute;
 mod expand;
 mod explanation;
+mod family;
 mod foresee;
 mod key;
 mod lock;
@@ -29,6 +30,7 @@ mod schedule;
 mod shift;
 mod stop;
 mod tidy;
+mod told;
 mod verify;
 mod why;
 
@@ -48,11 +50,13 @@ pub use petgraph::graph::NodeIndex;
 pub use plan::{Draw, Family, Fed, Plan, Source, Step};
 pub use platform::platform;
 pub use results::{
-    Claim, ExperimentResults, Measure, Report, Results, Setting, report, settings, wanted,
+    Claim, Corrected, ExperimentResults, Measure, Report, Results, Setting, report, settings,
+    wanted,
 };
 pub use schedule::schedule;
 pub use shift::{Ended, Made, Moved, Root, Shift, shifts};
 pub use stop::Stop;
 pub use tidy::{Coordinate, Row, Tidy, tidy};
+pub use told::{notes, reason};
 pub use verify::{Verified, verify};
 pub use why::{Cause, Changed, Earlier, InputChange, Reason, Why, why};

@@ -8,6 +8,7 @@ use ivx_op::escape::markdown as plain;
 use ivx_op::{Finding, Outcome as Verdict, shown as shown_alone, shown_together};
 
 use crate::results::{Claim, ExperimentResults, FIGURES, Measure, Report, TABLES, path};
+use crate::told::{notes, reason};
 
 /// So many labels of an axis are listed at most.
 const MAX_LABELS: usize = 12;
@@ -37,6 +38,10 @@ fn experiment(
     page: &mut Vec<String>,
 ) {
     page.push(closed(&experiment.docs));
+    page.extend(list(
+        "### Differs from its source",
+        found.differs.iter().map(|words| plain(words)),
+    ));
     page.extend(list("### Parameters", experiment.params.iter().map(parameter)));
     let axes = experiment.axes.iter().map(|declared| axis(spec, declared.axis, &declared.docs));
     page.extend(list("### Axes", axes));
@@ -62,7 +67,8 @@ fn experiment(
             page,
         );
     }
-    let claims = experiment.claims.iter().map(|output| claim(output, &found.claims[&output.name]));
+    let claims =
+        experiment.claims.iter().map(|own| claim(&own.output, &found.claims[&own.output.name]));
     page.extend(list("### Claims", claims));
 }
 
@@ -182,7 +188,11 @@ fn claim(output: &Output, claim: &Claim) -> String {
         all => all.iter().map(at_coordinate).collect(),
     };
     let (words, source) = (plain(&words.join(" ")), code(&claim.claim));
-    let text = format!("**{outcome}**: {words}: {source}{}", findings.concat());
+    let notes = match &notes(claim)[..] {
+        [] => String::new(),
+        notes => format!(" ({})", plain(&notes.join("; "))),
+    };
+    let text = format!("**{outcome}**: {words}: {source}{notes}{}", findings.concat());
     match output.docs.trim() {
         "" => text,
         docs => format!("{text}\n\n{}", closed(docs)),
@@ -203,11 +213,14 @@ fn difference(finding: &Finding) -> String {
     let interval =
         if ends.is_empty() { String::new() } else { format!(" in [{}]", ends.join(", ")) };
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
-    let lacking = if finding.lacks_seeds() { ", too few seeds" } else { "" };
     if interval.is_empty() && *n == 0 && *outcome == Verdict::Holds {
         return String::new();
     }
-    format!(", difference {}{interval}{seeds}{lacking}", numbers[0])
+    let why = match reason(finding) {
+        why if why.is_empty() => why,
+        why => format!(": {why}"),
+    };
+    format!(", difference {}{interval}{seeds}{why}", numbers[0])
 }
 
 /// How long the longest run of backticks is: a fence around the text is longer.

@@ -4,14 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ivx_cache::Digest;
-use ivx_grammar::ir::{Output, Param, Spec};
+use ivx_grammar::ir::{Judged, Mark, Output, Param, Spec};
 use ivx_op::{Array, Artifact, Dim, Figure, Finding, Gathered, Lit, Outcome as Verdict, Table};
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
 
+use crate::family::correct;
 use crate::markdown::markdown;
 use crate::outcome::{Fate, Outcome};
 use crate::plan::{Family, Plan, Source};
+use crate::told::differs;
 
 /// What a spec's run found out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -35,6 +37,9 @@ pub struct Results {
 pub struct ExperimentResults {
     /// Its parameters.
     pub params: BTreeMap<String, Setting>,
+    /// How it differs from its source, in its author's words, and in which sizes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub differs: Vec<String>,
     /// Its claims, by their words.
     pub claims: BTreeMap<String, Claim>,
     /// Its measures.
@@ -70,14 +75,33 @@ pub struct Measure {
 }
 
 /// What became of a claim.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// The comparison, as written.
     pub claim: String,
     /// What it amounts to; none if something that it needs has failed.
     pub outcome: Option<Verdict>,
+    /// What it amounts to among the claims of its family; none where it is in none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corrected: Option<Corrected>,
+    /// What a reader is to know of it, in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<String>,
     /// Coordinate by coordinate.
     pub findings: Vec<Finding>,
+}
+
+/// A verdict corrected for how many claims are judged together (Holm, 1979).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Corrected {
+    /// How many claims there are.
+    pub of: usize,
+    /// The level at which the claim by itself is decided, or nearly is.
+    pub p: f64,
+    /// The level corrected.
+    pub adjusted: f64,
+    /// What it amounts to at that level.
+    pub outcome: Verdict,
 }
 
 /// Results, and the files that show them.
@@ -108,6 +132,7 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     for experiment in &spec.experiments {
         let mut found = ExperimentResults {
             params: settings(&experiment.params),
+            differs: differs(spec, experiment),
             ..ExperimentResults::default()
         };
         for measure in &experiment.measures {
@@ -127,16 +152,19 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
                 .insert(table.name.clone(), keep(TABLES, &table.name, files, &mut report.files));
         }
         for claim in &experiment.claims {
-            let verdict = rendered(plan, outcome, claim, ivx_op::Verdict::decode);
+            let verdict = rendered(plan, outcome, &claim.output, ivx_op::Verdict::decode);
             let claimed = Claim {
-                claim: claim.source.clone(),
+                claim: claim.output.source.clone(),
                 outcome: verdict.as_ref().map(ivx_op::Verdict::outcome),
+                corrected: None,
+                marks: marks(&claim.judged),
                 findings: verdict.map(findings).unwrap_or_default(),
             };
-            found.claims.insert(claim.name.clone(), claimed);
+            found.claims.insert(claim.output.name.clone(), claimed);
         }
         results.experiments.insert(experiment.name.clone(), found);
     }
+    correct(spec, results);
     for (step, node) in plan.graph.node_weights().zip(&outcome.nodes) {
         if let Fate::Failed { why } = &node.fate {
             results.failures.insert(step.address.clone(), why.clone());
@@ -145,6 +173,24 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     let page = markdown(spec, &report);
     report.files.insert(PAGE.to_owned(), page);
     report
+}
+
+/// What a reader is to know of a claim.
+fn marks(judged: &Judged) -> Vec<String> {
+    let words = |mark: &Mark| match mark {
+        Mark::Deterministic => "deterministic",
+        Mark::CannotFail => "cannot fail",
+        Mark::OfTheseSeeds => "describes these seeds only",
+        Mark::MarginUnsaid => "a margin without a reason",
+    };
+    let mut marks: Vec<String> = judged.marks.iter().map(words).map(str::to_owned).collect();
+    if !judged.by.is_empty() {
+        marks.push(format!("by {}", judged.by));
+    }
+    if judged.confidence != 0.95 && !judged.marks.contains(&Mark::Deterministic) {
+        marks.push(format!("at {}", judged.confidence));
+    }
+    marks
 }
 
 /// The values of parameters, by name.
@@ -321,8 +367,7 @@ mod tests {
             outcome: Verdict::Undecided,
             estimate: -f64::NAN,
             interval: Some((-f64::NAN, 1.0)),
-            n: 0,
-            within: 0.0,
+            ..Finding::default()
         };
         let found = findings(ivx_op::Verdict { findings: vec![finding] });
         let (low, high) = found[0].interval.expect("there was one");

@@ -104,17 +104,19 @@ pub enum ItemKind {
         /// Its value.
         value: Expr,
     },
-    /// `claim "..." : left < right`, `claim "..." at 0.99 : left < right` or
-    /// `claim "..." : left == right within(0.05)`.
+    /// `claim "..." : left < right`, `claim "..." at 0.99 by "t" family "F" : left < right` or
+    /// `claim "..." : left on par with right within(0.05, "why so much")`.
     Claim {
         /// What is claimed, in words.
         name: Spanned<String>,
-        /// The confidence of `at 0.99`.
-        at: Option<Box<Expr>>,
-        /// What is claimed; a comparison unless the author erred.
+        /// How it is judged.
+        asked: Box<Asked>,
+        /// What is claimed; a comparison unless the author erred. `on par with` is read as `==`.
         value: Expr,
-        /// The tolerance of `within(0.05)`.
-        within: Option<Expr>,
+        /// Whether the sides are said to be on par.
+        on_par: bool,
+        /// The margin of `within(0.05, "why so much")`.
+        within: Option<Box<Within>>,
     },
     /// `published t33 from "table_3_3.ron"`.
     Published {
@@ -150,6 +152,26 @@ pub struct TyExpr {
     pub args: Vec<TyExpr>,
     /// The whole of it.
     pub span: Span,
+}
+
+/// What a claim asks of its verdict.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// The confidence of `at 0.99`.
+    pub at: Option<Expr>,
+    /// The method of `by "t"`.
+    pub by: Option<Spanned<String>>,
+    /// The claims with which it is corrected, of `family "F"`.
+    pub family: Option<Spanned<String>>,
+}
+
+/// `within(0.05, "why so much")`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Within {
+    /// How much.
+    pub margin: Expr,
+    /// Why so much, in words.
+    pub why: Option<Spanned<String>>,
 }
 
 /// The coordinates of an axis.
@@ -273,6 +295,18 @@ impl BinaryOp {
             Self::AtLeast => ">=",
             Self::Equal => "==",
             Self::Unequal => "!=",
+        }
+    }
+
+    /// The same comparison from the right side.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        match self {
+            Self::Less => Self::Greater,
+            Self::AtMost => Self::AtLeast,
+            Self::Greater => Self::Less,
+            Self::AtLeast => Self::AtMost,
+            other => other,
         }
     }
 

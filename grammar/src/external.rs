@@ -45,8 +45,9 @@ fn items<'a>(items_of: &'a [Item], todo: &mut Vec<&'a Expr>) {
                 let defaults = params.iter().flatten().filter_map(|param| param.default.as_ref());
                 todo.extend(defaults.chain([value]));
             }
-            ItemKind::Claim { at, value, within, .. } => {
-                todo.extend(at.as_deref().into_iter().chain(within).chain([value]));
+            ItemKind::Claim { asked, value, within, .. } => {
+                let margin = within.as_ref().map(|within| &within.margin);
+                todo.extend(asked.at.as_ref().into_iter().chain(margin).chain([value]));
             }
             ItemKind::Profile { sets, .. } => todo.extend(sets.iter().map(|(_, value)| value)),
             ItemKind::Axis { values, .. } => match values {

@@ -205,6 +205,8 @@ pub struct Experiment {
     pub name: String,
     /// Its doc comment.
     pub docs: String,
+    /// How it differs from its source, in its author's words.
+    pub deviations: Vec<String>,
     /// Its parameters, in the order declared.
     pub params: Vec<Param>,
     /// The axes that it declares, in their order.
@@ -216,7 +218,46 @@ pub struct Experiment {
     /// Its tables.
     pub tables: Vec<Output>,
     /// Its claims.
-    pub claims: Vec<Output>,
+    pub claims: Vec<Claim>,
+}
+
+/// A claim.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Claim {
+    /// Its words, and its verdict.
+    pub output: Output,
+    /// How it is judged.
+    pub judged: Judged,
+}
+
+/// How a claim is judged, and what kind of claim it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judged {
+    /// How often intervals such as its own hold the truth.
+    pub confidence: f64,
+    /// The method asked for; empty for the default.
+    pub by: String,
+    /// By how much its sides may differ, or one be worse.
+    pub margin: f64,
+    /// Why so much, in words.
+    pub why: String,
+    /// The claims with which it is corrected; none for those of its experiment.
+    pub family: Option<String>,
+    /// What a reader is to know of it.
+    pub marks: BTreeSet<Mark>,
+}
+
+/// What a reader is to know of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Mark {
+    /// Nothing that it compares is drawn: there is no chance in its verdict.
+    Deterministic,
+    /// It is true whatever comes out.
+    CannotFail,
+    /// It is about a largest or smallest number over seeds, or another of which nothing is known but from these seeds.
+    OfTheseSeeds,
+    /// It has a margin over seeds, and does not say why.
+    MarginUnsaid,
 }
 
 /// A parameter, as profile and settings have it.
@@ -230,6 +271,10 @@ pub struct Param {
     pub value: Lit,
     /// Who set it: the default, a profile or the command line.
     pub by: String,
+    /// The value that it has where nobody sets it.
+    pub default: Lit,
+    /// How it differs from its source, in its author's words.
+    pub deviations: Vec<String>,
 }
 
 /// An axis where it is declared.

@@ -7,6 +7,7 @@ extern crate alloc; // what the derived parser names without pest's `std`
 
 pub mod ast;
 pub mod check;
+mod deviation;
 mod diagnostic;
 mod external;
 mod format;
@@ -18,6 +19,7 @@ mod parse;
 mod span;
 mod suggest;
 
+pub use deviation::deviations;
 pub use diagnostic::{Code, Diagnostic, Label, Severity, article};
 pub use external::externals;
 pub use format::format;

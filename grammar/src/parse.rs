@@ -1,6 +1,7 @@
 //! Text to syntax tree. Total: what does not read becomes junk with its own diagnostic.
 
 mod build;
+mod claim;
 mod fault;
 pub(crate) mod habit;
 mod parts;

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use ivx_cache::{Cache, Digest, History};
 use ivx_engine::{Change, Made, Moved, Results, Root, Shift, platform, shifts};
-use ivx_library::math::interval::student_t;
+use ivx_library::math::evidence::{Evidence, Spread};
 
 use crate::args::{self, DiffFormat, StoreMode};
 use crate::found::Found;
@@ -202,10 +202,10 @@ fn compare(
     Pair { name, only: None, changes, nodes }
 }
 
-/// The 95 % interval of a mean, by Student's t.
+/// The 95 % interval of a mean, by the rule of claims.
 fn interval(samples: &[f64]) -> Option<(f64, f64)> {
     let is_sound = samples.len() > 1 && samples.iter().all(|x| x.is_finite());
-    is_sound.then(|| student_t(samples, 0.95))
+    is_sound.then(|| Evidence::Mean(Spread::of_mean(samples)).shown_interval(0.95))
 }
 
 /// Whether nodes to which this happened are told of with its reasons: coordinates, and names that they

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use ivx_cache::Digest;
-use ivx_engine::{Claim, Fate, Outcome, Plan, Results};
+use ivx_engine::{Claim, Fate, Outcome, Plan, Results, notes, reason};
 use ivx_grammar::ir::Spec;
 use ivx_op::{Finding, Outcome as Verdict};
 
@@ -23,9 +23,13 @@ pub(super) fn write(
 ) -> io::Result<()> {
     for experiment in spec.experiments.iter().filter(|experiment| !experiment.claims.is_empty()) {
         writeln!(out, "{}", experiment.name)?;
-        let claims = &results.experiments[&experiment.name].claims;
-        for output in &experiment.claims {
-            claim(&output.name, &claims[&output.name], out)?;
+        let found = &results.experiments[&experiment.name];
+        for words in &found.differs {
+            writeln!(out, "  differs   {}", visible(words))?;
+        }
+        let claims = &found.claims;
+        for own in &experiment.claims {
+            claim(&own.output.name, &claims[&own.output.name], out)?;
         }
     }
     executed(plan, outcome, took, out)
@@ -69,16 +73,20 @@ fn known(outcome: &Outcome) -> (usize, usize) {
 
 /// One line a claim, and one for each coordinate at which it does not hold.
 fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
+    let notes = match &notes(claim)[..] {
+        [] => String::new(),
+        notes => format!("  [{}]", notes.join("; ")),
+    };
     let words = visible(words);
     let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |o| o.to_string());
     let held = claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds);
     match &claim.findings[..] {
-        [] => writeln!(out, "  {outcome:<9} {words}"),
-        [one] => writeln!(out, "  {outcome:<9} {words}{}", difference(one)),
+        [] => writeln!(out, "  {outcome:<9} {words}{notes}"),
+        [one] => writeln!(out, "  {outcome:<9} {words}{}{notes}", difference(one)),
         all => {
             writeln!(
                 out,
-                "  {outcome:<9} {words}  at {} of {} coordinates",
+                "  {outcome:<9} {words}  at {} of {} coordinates{notes}",
                 held.count(),
                 all.len()
             )?;
@@ -104,14 +112,19 @@ fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
 fn difference(finding: &Finding) -> String {
     let n = finding.n;
     match &finding.shown()[..] {
-        [estimate, low, high] => format!("  difference {estimate} in [{low}, {high}], n = {n}"),
-        [estimate, ..] if finding.lacks_seeds() => format!(
-            "  difference {estimate}, n = {n}: fewer than {} seeds decide nothing",
-            Finding::MIN_SEEDS
-        ),
-        [estimate, ..] if n > 0 => format!("  difference {estimate}, n = {n}"),
+        [estimate, low, high] => {
+            format!("  difference {estimate} in [{low}, {high}], n = {n}{}", why(finding))
+        }
+        [estimate, ..] if n > 0 => format!("  difference {estimate}, n = {n}{}", why(finding)),
         _ if finding.outcome == Verdict::Holds => String::new(),
         estimate => format!("  difference {}", estimate.concat()),
+    }
+}
+
+fn why(finding: &Finding) -> String {
+    match reason(finding) {
+        reason if reason.is_empty() => reason,
+        reason => format!(": {reason}"),
     }
 }
 
@@ -141,7 +154,7 @@ mod tests {
 
     #[test]
     fn what_a_title_holds_stays_on_its_line() {
-        let held = Claim { claim: String::new(), outcome: Some(Verdict::Holds), findings: vec![] };
+        let held = Claim { outcome: Some(Verdict::Holds), ..Claim::default() };
         let mut out = Vec::new();
         claim("a\n\u{1b}[2Jb \"é\"\t\u{202e}", &held, &mut out).expect("vectors take everything");
         let expected = "  holds     a\\n\\u{1b}[2Jb \"é\"\\t\\u{202e}\n";
@@ -156,7 +169,7 @@ mod tests {
             estimate,
             interval: Some((-1.0, 1.0)),
             n: 8,
-            within: 0.0,
+            ..Finding::default()
         };
         let found = Claim {
             claim: "a < b".into(),
@@ -165,6 +178,7 @@ mod tests {
                 finding("WCM", Verdict::Holds, -0.5),
                 finding("BCM", Verdict::Fails, 0.25),
             ],
+            ..Claim::default()
         };
         let mut out = Vec::new();
         claim("less", &found, &mut out).expect("vectors take everything");

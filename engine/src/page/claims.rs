@@ -6,6 +6,7 @@ use ivx_op::{Finding, Outcome as Verdict};
 use super::text::{code, escape, prose, typeset};
 use super::{Kind, badge, kind, kind_of};
 use crate::results::{Claim, Report};
+use crate::told::{notes, reason};
 
 /// So many coordinates of a claim are shown at once; more on demand.
 const SHOWN: usize = 8;
@@ -26,7 +27,8 @@ pub(super) fn table(spec: &Spec, report: &Report) -> String {
             escape(&experiment.name),
             "</a></th></tr>\n".to_owned(),
         ]);
-        for output in &experiment.claims {
+        for claim in &experiment.claims {
+            let output = &claim.output;
             rows += &row(&output.name, &output.docs, &claims[&output.name]);
         }
     }
@@ -35,17 +37,23 @@ pub(super) fn table(spec: &Spec, report: &Report) -> String {
     }
     format!(
         "<section id=\"claims\"><h2>Claims</h2>\n<p>A claim over seeds holds, or fails, when the interval of its paired \
-         difference lies on one side; else it is undecided. The line through each picture is no difference.</p>\n\
+         difference lies on one side; else it is undecided. The line through each picture is no difference. \
+         Of several claims judged together (Holm), the verdict among them stands below that by itself.</p>\n\
          <div class=\"wide\"><table class=\"claims\"><thead><tr><th scope=\"col\">Verdict</th><th scope=\"col\">Claim</th>\
          <th scope=\"col\">Difference and interval</th></tr></thead><tbody>\n{rows}</tbody></table></div></section>"
     )
 }
 
 fn row(words: &str, docs: &str, claim: &Claim) -> String {
+    let noted: Vec<String> = notes(claim)
+        .iter()
+        .map(|note| format!("<div class=\"note\">{}</div>", escape(note)))
+        .collect();
     let docs = if docs.trim().is_empty() { String::new() } else { prose(docs) };
     format!(
-        "<tr><td>{}</td><td><div>{}</div><div class=\"source\">{}</div>{docs}</td><td>{}</td></tr>\n",
+        "<tr><td>{}{}</td><td><div>{}</div><div class=\"source\">{}</div>{docs}</td><td>{}</td></tr>\n",
         badge(kind(claim), true),
+        noted.concat(),
         escape(words),
         code(&claim.claim),
         findings(claim)
@@ -95,7 +103,10 @@ fn finding(finding: &Finding, scale: (f64, f64)) -> String {
         return String::new();
     }
     let seeds = if *n > 0 { format!(", n = {n}") } else { String::new() };
-    let lacking = if finding.lacks_seeds() { ": too few seeds" } else { "" };
+    let why = match reason(finding) {
+        why if why.is_empty() => why,
+        why => format!(": {}", escape(&why)),
+    };
     let measured = match &finding.shown().iter().map(|number| typeset(number)).collect::<Vec<_>>()[..]
     {
         [estimate, low, high] => format!("{estimate} in [{low}, {high}]"),
@@ -103,21 +114,29 @@ fn finding(finding: &Finding, scale: (f64, f64)) -> String {
     };
     let picture =
         interval.map_or_else(String::new, |ends| picture(*estimate, ends, scale, *outcome));
-    format!("{picture}<span class=\"numbers\">{measured}{seeds}{lacking}</span>")
+    format!("{picture}<span class=\"numbers\">{measured}{seeds}{why}</span>")
 }
 
 /// The interval as a line, the estimate as a dot, and no difference as a line through all.
 fn picture(estimate: f64, (low, high): (f64, f64), scale: (f64, f64), outcome: Verdict) -> String {
-    if ![estimate, low, high].into_iter().all(f64::is_finite) || scale.1 <= scale.0 {
+    if !estimate.is_finite() || low.is_nan() || high.is_nan() || scale.1 <= scale.0 {
         return String::new();
     }
     let (wide, tall) = SIZE;
     let at = |x: f64| {
+        // An open end reaches to the edge.
+        if x.is_infinite() {
+            return if x > 0.0 { wide } else { 0.0 };
+        }
         let share = (x / 2.0 - scale.0 / 2.0) / (scale.1 / 2.0 - scale.0 / 2.0);
         share * (wide - 16.0) + 8.0
     };
     let [left, right, dot, zero] = [low, high, estimate, 0.0].map(at);
     let middle = tall / 2.0;
+    let cap = |x: f64, at: f64| {
+        if x.is_finite() { format!("M{at:.1} 4V14") } else { String::new() }
+    };
+    let (below, above) = (cap(low, left), cap(high, right));
     let class = match kind_of(outcome) {
         Kind::Holds => "holds",
         Kind::Fails => "fails",
@@ -126,7 +145,7 @@ fn picture(estimate: f64, (low, high): (f64, f64), scale: (f64, f64), outcome: V
     format!(
         "<svg class=\"interval {class}\" width=\"{wide}\" height=\"{tall}\" aria-hidden=\"true\">\
          <path class=\"zero\" d=\"M{zero:.1} 0V{tall}\"/>\
-         <path d=\"M{left:.1} {middle}H{right:.1}M{left:.1} 4V14M{right:.1} 4V14\"/>\
+         <path d=\"M{left:.1} {middle}H{right:.1}{below}{above}\"/>\
          <circle cx=\"{dot:.1}\" cy=\"{middle}\" r=\"3.5\"/></svg>"
     )
 }
@@ -142,10 +161,10 @@ mod tests {
             estimate: 0.5,
             interval: Some((0.25, 0.75)),
             n: 8,
-            within: 0.0,
+            ..Finding::default()
         };
         let findings = (0..n).map(finding).collect();
-        Claim { claim: "a < b".into(), outcome: Some(Verdict::Fails), findings }
+        Claim { claim: "a < b".into(), outcome: Some(Verdict::Fails), findings, ..Claim::default() }
     }
 
     #[test]

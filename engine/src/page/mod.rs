@@ -145,6 +145,7 @@ fn again(origin: &Origin, report: &Report) -> String {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Holds,
+    Describes,
     Undecided,
     NotRun,
     Fails,
@@ -157,6 +158,7 @@ fn kind(claim: &Claim) -> Kind {
 fn kind_of(verdict: Verdict) -> Kind {
     match verdict {
         Verdict::Holds => Kind::Holds,
+        Verdict::Describes => Kind::Describes,
         Verdict::Fails => Kind::Fails,
         Verdict::Undecided => Kind::Undecided,
     }
@@ -166,6 +168,7 @@ fn kind_of(verdict: Verdict) -> Kind {
 fn badge(kind: Kind, worded: bool) -> String {
     let (class, mark, word) = match kind {
         Kind::Holds => ("holds", "✓", "holds"),
+        Kind::Describes => ("describes", "=", "describes these seeds only"),
         Kind::Fails => ("fails", "✗", "fails"),
         Kind::Undecided => ("undecided", "?", "undecided"),
         Kind::NotRun => ("notrun", "–", "not run"),

@@ -29,6 +29,7 @@ pub(super) fn section(
         format!("<section id=\"e{place}\"><h2>{}</h2>", escape(&experiment.name)),
         prose(&experiment.docs),
     ];
+    out.extend(differs(found));
     let mut shows = Vec::new();
     for figure in &experiment.figures {
         let svg = report.files.get(&path(FIGURES, &figure.name, "svg"));
@@ -120,7 +121,7 @@ pub(super) fn shared(spec: &Spec) -> Option<String> {
     Some(format!("<section id=\"shared\">{table}</section>"))
 }
 
-fn param(Param { name, docs, value, by }: &Param) -> String {
+fn param(Param { name, docs, value, by, .. }: &Param) -> String {
     format!(
         "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
         code(name),
@@ -128,6 +129,16 @@ fn param(Param { name, docs, value, by }: &Param) -> String {
         escape(by),
         prose(docs)
     )
+}
+
+/// How an experiment differs from its source.
+fn differs(found: &ExperimentResults) -> Option<String> {
+    let each: Vec<String> =
+        found.differs.iter().map(|words| format!("<li>{}</li>", escape(words))).collect();
+    let list = each.concat();
+    (!each.is_empty()).then(|| {
+        format!("<div class=\"differs\"><b>Differs from its source</b><ul>{list}</ul></div>")
+    })
 }
 
 fn table(summary: &str, rows: &str) -> String {

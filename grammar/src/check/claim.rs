@@ -2,27 +2,27 @@
 
 use std::collections::BTreeSet;
 
-use ivx_op::{Artifact, ByName, Lit, Ty, Verdict};
+use ivx_op::Ty;
 
 use super::Checker;
 use super::expr::At;
 use super::value::Val;
 use crate::ast::{self, BinaryOp, ExprKind};
-use crate::ir::{Desc, Expr, ExprId, Feed, Op};
+use crate::ir::{Desc, ExprId, Feed, Judged, Mark};
 use crate::{Code, Diagnostic, Span, Spanned};
 
-/// The confidences that a claim may ask for.
-const CONFIDENCES: std::ops::RangeInclusive<f64> = 0.5..=0.999;
+/// The methods by which a claim may ask to be judged.
+const METHODS: [&str; 3] = ["t", "bootstrap", "wilcoxon"];
 
 impl<'a> Checker<'a> {
-    /// The verdict on a claim.
+    /// The verdict on a claim, and how it is reached.
     pub(super) fn claim(
         &mut self,
         at: &At,
-        (title, confidence): (&'a Spanned<String>, Option<&'a ast::Expr>),
-        value: &'a ast::Expr,
-        within: Option<&'a ast::Expr>,
-    ) -> Option<ExprId> {
+        (title, asked): (&'a Spanned<String>, &'a ast::Asked),
+        (value, on_par): (&'a ast::Expr, bool),
+        within: Option<&'a ast::Within>,
+    ) -> Option<(ExprId, Judged)> {
         let (op, left, right) = match &value.kind {
             ExprKind::Binary { op, left, right } if op.value.compares() => (op, left, right),
             ExprKind::Junk => return None,
@@ -33,22 +33,12 @@ impl<'a> Checker<'a> {
                 return None;
             }
         };
-        let within = match within {
-            Some(tolerance) if op.value == BinaryOp::Equal => self.tolerance(at, tolerance),
-            Some(tolerance) => {
-                let message = format!("`within` goes with `==`, not with `{}`", op.value.symbol());
-                let fault =
-                    Diagnostic::new(Code::Kind, op.span, message, "has no use for a tolerance")
-                        .also(tolerance.span, "the tolerance")
-                        .help("write `left == right within(0.05)`, or leave `within` out");
-                self.fault(fault);
-                None
-            }
-            None => Some(0.0),
-        };
-        let confidence = confidence.map_or(Some(0.95), |written| self.confidence(at, written));
+        let margin = self.margin(at, op, on_par, within);
+        let confidence = asked.at.as_ref().map_or(Some(0.95), |given| self.confidence(at, given));
+        let by = asked.by.as_ref().map_or(Some(String::new()), |by| self.method(by));
         let (left, right) = (self.side(at, left), self.side(at, right));
-        let (within, confidence, left, right) = (within?, confidence?, left?, right?);
+        let ((margin, why), confidence, by) = (margin?, confidence?, by?);
+        let (left, right) = (left?, right?);
         if !self.comparable(&left, &right) {
             return None;
         }
@@ -60,39 +50,32 @@ impl<'a> Checker<'a> {
         if !left.over.intersection(&right.over).all(|name| self.same_labels(name, a, b)) {
             return None;
         }
-        // A side that rests on too few seeds decides nothing, whatever the other rests on.
-        let seeds = [left.id, right.id].map(|side| self.n_seeds(side));
-        let seeds = seeds.into_iter().filter(|n| *n > 0).min().unwrap_or(0);
-        let seeds = i64::try_from(seeds).expect("axes are bounded");
-        let args = ByName::from([
-            ("relation".to_owned(), Desc::Lit(op.value.symbol().into())),
-            ("confidence".to_owned(), Desc::Lit(Lit::Real(confidence))),
-            ("within".to_owned(), Desc::Lit(Lit::Real(within))),
-            ("seeds".to_owned(), Desc::Lit(Lit::Int(seeds))),
-        ]);
-        let ports = [("left", left), ("right", right)];
-        let ports = ports.map(|(port, side)| (port.to_owned(), vec![self.everything(side.id)]));
-        let op = Op { name: "claim".to_owned(), args, ports: ports.into(), stochastic: false };
-        let expr = Expr {
-            address: at.address.clone(),
-            axes: BTreeSet::new(),
-            collected: BTreeSet::new(),
-            artifact: Verdict::KIND.to_owned(),
-            dims: Vec::new(),
-            kind: crate::ir::ExprKind::Op(op),
-        };
-        Some(self.push(expr, value.span))
+        let family = asked.family.as_ref().map(|family| family.value.clone());
+        let mut judged = Judged { confidence, by, margin, why, family, ..Judged::default() };
+        if self.cannot_fail((op.value, margin), left.id, right.id) {
+            judged.marks.insert(Mark::CannotFail);
+        }
+        let by = asked.by.as_ref().map(|by| by.span);
+        let sides = (op.value, [left.id, right.id]);
+        let expr = self.verdict(at, sides, (value.span, by), &mut judged)?;
+        let is_stochastic = !judged.marks.contains(&Mark::Deterministic);
+        if is_stochastic && margin > 0.0 && judged.why.is_empty() {
+            judged.marks.insert(Mark::MarginUnsaid);
+        }
+        Some((expr, judged))
     }
 
-    /// How often intervals such as that of a claim hold the true mean.
+    /// How often intervals such as that of a claim hold the truth.
     fn confidence(&mut self, at: &At, written: &'a ast::Expr) -> Option<f64> {
         let known = self.known_before(at.scope, written);
         let Val::Desc(Desc::Lit(lit), ty) = known else {
             return None;
         };
         let message = match lit.as_f64() {
-            Some(confidence) if CONFIDENCES.contains(&confidence) => return Some(confidence),
-            Some(_) => format!("the confidence of a claim is from 0.5 to 0.999, found {lit}"),
+            Some(confidence) if (0.5..1.0).contains(&confidence) => return Some(confidence),
+            Some(_) => {
+                format!("the confidence of a claim is at least 0.5 and below 1, found {lit}")
+            }
             None => format!("the confidence of a claim is a Float, found {ty}"),
         };
         let code = if lit.as_f64().is_some() { Code::Range } else { Code::Type };
@@ -101,7 +84,63 @@ impl<'a> Checker<'a> {
         None
     }
 
-    /// By how much the sides of a claim of equality may differ.
+    /// The method that a claim asks for.
+    fn method(&mut self, by: &Spanned<String>) -> Option<String> {
+        if METHODS.contains(&by.value.as_str()) {
+            return Some(by.value.clone());
+        }
+        let message = format!("no method of judging a claim is called {:?}", by.value);
+        let fault = Diagnostic::new(Code::Kind, by.span, message, "no such method");
+        let help = "say `by \"t\"`, `by \"bootstrap\"` or `by \"wilcoxon\"`; without it, intervals are Student's, \
+                    stretched where differences have a tail";
+        self.fault(fault.help(help));
+        None
+    }
+
+    /// By how much the sides of a claim may differ, or one be worse, and why so much; 0 where nothing is said.
+    fn margin(
+        &mut self,
+        at: &At,
+        op: &Spanned<BinaryOp>,
+        on_par: bool,
+        within: Option<&'a ast::Within>,
+    ) -> Option<(f64, String)> {
+        let worded = || "write `within(0.05, \"why so much\")`";
+        let Some(within) = within else {
+            if on_par {
+                let message = "what is on par is so within a margin";
+                let fault = Diagnostic::new(Code::Kind, op.span, message, "within what?");
+                self.fault(fault.help(worded()));
+            }
+            return (!on_par).then(|| (0.0, String::new()));
+        };
+        if matches!(op.value, BinaryOp::Less | BinaryOp::Greater | BinaryOp::Unequal) {
+            let symbol = op.value.symbol();
+            let message = format!("`within` goes with `==`, `<=` and `>=`, not with `{symbol}`");
+            let fault = Diagnostic::new(Code::Kind, op.span, message, "has no use for a margin")
+                .also(within.margin.span, "the margin");
+            let help = match op.value {
+                BinaryOp::Unequal => "write `left == right within(0.05)`, or leave `within` out",
+                BinaryOp::Less => {
+                    "write `left <= right within(0.05, \"why so much\")` for not worse by more"
+                }
+                _ => "write `left >= right within(0.05, \"why so much\")` for not worse by more",
+            };
+            self.fault(fault.help(help));
+            return None;
+        }
+        let margin = self.tolerance(at, &within.margin);
+        let why = within.why.as_ref().map_or("", |why| why.value.trim());
+        if why.is_empty() && (on_par || op.value != BinaryOp::Equal) {
+            let message = "a margin is justified in words";
+            let span = within.why.as_ref().map_or(within.margin.span, |why| why.span);
+            self.fault(Diagnostic::new(Code::Kind, span, message, "why so much?").help(worded()));
+            return None;
+        }
+        Some((margin?, why.to_owned()))
+    }
+
+    /// By how much the sides of a claim may differ.
     fn tolerance(&mut self, at: &At, written: &'a ast::Expr) -> Option<f64> {
         let Val::Desc(Desc::Lit(lit), ty) = self.known_before(at.scope, written) else {
             return None;
@@ -152,7 +191,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A value with everything that it varies over, for what takes labels.
-    fn everything(&self, id: ExprId) -> Feed {
+    pub(super) fn everything(&self, id: ExprId) -> Feed {
         let mut gathered: Vec<_> = self.spec.expr(id).axes.iter().copied().collect();
         gathered.sort_by_key(|axis| self.spec.axis(*axis).name.clone());
         Feed { gathered, labelled: true, ..Feed::one(id) }

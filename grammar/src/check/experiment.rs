@@ -8,8 +8,8 @@ use super::Checker;
 use super::expr::At;
 use super::value::Val;
 use crate::ast::{self, ItemKind};
-use crate::ir::{Declared, Desc, Experiment, ExprId, Output, Param, titled};
-use crate::{Code, Diagnostic, Span, Spanned};
+use crate::ir::{Claim, Declared, Desc, Experiment, ExprId, Output, titled};
+use crate::{Code, Diagnostic, Span, Spanned, deviations};
 
 impl<'a> Checker<'a> {
     /// Checks every experiment, in the order of inclusion.
@@ -84,7 +84,8 @@ impl<'a> Checker<'a> {
     fn experiment(&mut self, scope: usize) -> Experiment {
         let item = self.scopes.all[scope].item.expect("experiments have items");
         let name = self.scopes.all[scope].name.clone();
-        let mut done = Experiment { docs: item.docs.clone(), ..Experiment::default() };
+        let (docs, deviations) = deviations(&item.docs);
+        let mut done = Experiment { docs, deviations, ..Experiment::default() };
         let mut claims = BTreeMap::new();
         for item in self.scopes.all[scope].items {
             let at = |own: &str| At::new(scope, format!("{name}/{own}"));
@@ -102,9 +103,8 @@ impl<'a> Checker<'a> {
                 ItemKind::Param { name, .. } => {
                     let value = self.name(&at(&name.value), &name.value, name.span);
                     if let Val::Desc(Desc::Lit(value), _) = value {
-                        let by = self.setter(scope, &name.value);
-                        let (name, docs) = (name.value.clone(), item.docs.clone());
-                        done.params.push(Param { name, docs, value, by });
+                        let names = (name.value.as_str(), name.value.as_str());
+                        done.params.push(self.param_of(scope, names, item, value));
                     }
                 }
                 ItemKind::Axis { name, .. } => {
@@ -126,7 +126,7 @@ impl<'a> Checker<'a> {
                     let expr = self.rendered(&at, name, value, Table::KIND);
                     done.tables.extend(output(&name.value, expr, String::new()));
                 }
-                ItemKind::Claim { name, at: confidence, value, within } => {
+                ItemKind::Claim { name, asked, value, on_par, within } => {
                     if let Some(first) = claims.insert(&name.value, name.span) {
                         self.twice(name, first);
                     }
@@ -135,17 +135,26 @@ impl<'a> Checker<'a> {
                         let fault = Diagnostic::new(Code::Kind, name.span, message, "no words");
                         self.fault(fault.help("write `claim \"more data help\" : ..`"));
                     }
-                    let expr = self.claim(
+                    let claimed = self.claim(
                         &at(&titled("claim", &name.value)),
-                        (name, confidence.as_deref()),
-                        value,
-                        within.as_ref(),
+                        (name, asked),
+                        (value, *on_par),
+                        within.as_deref(),
                     );
                     let mut source = self.source(value.span.to(item.span));
-                    if let Some(confidence) = confidence {
+                    if let Some(confidence) = &asked.at {
                         source = format!("{source} at {}", self.source(confidence.span));
                     }
-                    done.claims.extend(output(&name.value, expr, source));
+                    if let Some(by) = &asked.by {
+                        source = format!("{source} by {}", self.source(by.span));
+                    }
+                    if let Some(family) = &asked.family {
+                        source = format!("{source} family {}", self.source(family.span));
+                    }
+                    let (expr, judged) = claimed.unzip();
+                    let output = output(&name.value, expr, source);
+                    let claims = output.zip(judged);
+                    done.claims.extend(claims.map(|(output, judged)| Claim { output, judged }));
                 }
                 _ => {}
             }

@@ -5,7 +5,9 @@
 
 mod advice;
 mod axis;
+mod behind;
 mod call;
+mod certain;
 mod claim;
 mod drawn;
 mod evaluate;
@@ -32,6 +34,7 @@ mod scope;
 mod select;
 mod shape;
 mod value;
+mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -113,6 +116,7 @@ pub fn check(
         settings,
         profiles: Vec::new(),
         set_by: BTreeMap::new(),
+        defaults: BTreeMap::new(),
         axes: BTreeMap::new(),
         members: BTreeMap::new(),
         restricted: BTreeMap::new(),
@@ -189,6 +193,8 @@ struct Checker<'a> {
     profiles: Vec<String>,
     /// Who set each parameter, for messages.
     set_by: BTreeMap<(usize, String), String>,
+    /// The value that each parameter has where nobody sets it.
+    defaults: BTreeMap<(usize, String), Lit>,
     /// Axes by declaration.
     axes: BTreeMap<(usize, String), Option<AxisId>>,
     /// Member axes by the number of members.

@@ -9,7 +9,7 @@ use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{Expr, Item, ItemKind, Name, TyExpr};
 use crate::ir::{Desc, Param};
-use crate::{Code, Diagnostic, Span, suggest};
+use crate::{Code, Diagnostic, Span, deviations, suggest};
 
 impl<'a> Checker<'a> {
     /// Evaluates every parameter, and reports what is set but not declared.
@@ -33,8 +33,8 @@ impl<'a> Checker<'a> {
                 if let (Val::Desc(Desc::Lit(value), _), true) =
                     (value, scope < self.project.files.len())
                 {
-                    let (docs, by) = (item.docs.clone(), self.setter(scope, &name.value));
-                    self.spec.params.push(Param { name: address.clone(), docs, value, by });
+                    let param = self.param_of(scope, (&name.value, &address), item, value);
+                    self.spec.params.push(param);
                 }
                 known.push((address, &name.value));
             }
@@ -130,6 +130,9 @@ impl<'a> Checker<'a> {
         // Every value that a parameter can get is checked, whichever it gets.
         let value = self.known_before(scope, default);
         let mut chosen = self.typed(name, &ty, value, default.span, "default");
+        if let Val::Desc(Desc::Lit(default), _) = &chosen.0 {
+            self.defaults.insert((scope, name.to_owned()), default.clone());
+        }
         let mut nearest = None;
         let sets = self.scopes.all[scope].sets.get(name).cloned().unwrap_or_default();
         for (profile, expr) in sets {
@@ -150,9 +153,26 @@ impl<'a> Checker<'a> {
         value
     }
 
-    /// Who set a parameter that was evaluated.
-    pub(super) fn setter(&self, scope: usize, name: &str) -> String {
-        self.set_by.get(&(scope, name.to_owned())).cloned().unwrap_or_default()
+    /// A parameter that was evaluated, as it is known outside.
+    ///
+    /// - `names`: its own, and that to bear.
+    pub(super) fn param_of(
+        &self,
+        scope: usize,
+        (name, known_as): (&str, &str),
+        item: &Item,
+        value: Lit,
+    ) -> Param {
+        let place = (scope, name.to_owned());
+        let (docs, deviations) = deviations(&item.docs);
+        Param {
+            name: known_as.to_owned(),
+            docs,
+            by: self.set_by.get(&place).cloned().unwrap_or_default(),
+            default: self.defaults.get(&place).unwrap_or(&value).clone(),
+            value,
+            deviations,
+        }
     }
 
     /// A value as the parameter's type asks for it, and who set it.

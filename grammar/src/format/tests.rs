@@ -82,6 +82,10 @@ fn expressions_break_before_operators() {
         &format!("claim \"c\" :\n    {long} + {long}\n        < {long}"),
     );
     check("claim \"c\"at  0.99:a<b", "claim \"c\" at 0.99 : a < b");
+    check(
+        "claim \"c\"by  \"t\"family\"F\":a[k:1]on  par\nwith b within (0.1,\"why\")",
+        "claim \"c\" by \"t\" family \"F\" : a[k: 1] on par with b within(0.1, \"why\")",
+    );
     check("claim \"c\":a==b\nwithin ( 0.05 )", "claim \"c\" : a == b within(0.05)");
     check(
         &format!("claim \"c\" : {long} + {long} == {long} within(0.05)"),

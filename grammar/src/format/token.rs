@@ -97,6 +97,9 @@ pub(super) fn tokens<'t>(text: &'t str, ast: &Ast) -> Vec<Token<'t>> {
     }
 }
 
+/// The most tokens of a claim before its colon: `claim "c" at 0.99 by "t" family "F"`.
+const MOST_IN_HEAD: usize = 8;
+
 /// - `before`: the tokens before this one.
 /// - `called`: whether a parenthesis follows.
 fn kind(before: &[Token<'_>], word: &str, in_type: bool, called: bool) -> Kind {
@@ -108,14 +111,13 @@ fn kind(before: &[Token<'_>], word: &str, in_type: bool, called: bool) -> Kind {
         "," => Kind::Comma,
         "=" => Kind::Equals,
         "." | ".." => Kind::Joint,
-        ":" => match before {
-            [.., claim, _] | [.., claim, _, _, _]
-                if claim.text == "claim" && claim.kind == Kind::Item =>
-            {
-                Kind::ClaimColon
-            }
-            _ => Kind::Colon,
-        },
+        ":" => {
+            let head = before.iter().rev().take(MOST_IN_HEAD).take_while(|token| {
+                !matches!(token.kind, Kind::ClaimColon | Kind::Open | Kind::Close | Kind::Equals)
+            });
+            let is_claim = |token: &Token<'_>| token.text == "claim" && token.kind == Kind::Item;
+            if head.into_iter().any(is_claim) { Kind::ClaimColon } else { Kind::Colon }
+        }
         "<" | ">" if in_type => Kind::Angle,
         "<" | ">" | "<=" | ">=" | "==" | "!=" => Kind::Operator(0),
         "-" if !matches!(last, Some(Kind::Operand | Kind::Close)) => Kind::Minus,

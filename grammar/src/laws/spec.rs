@@ -141,7 +141,7 @@ fn tolerant() -> Tokens {
     (string(), expr(), expr(), expr())
         .prop_map(|(title, left, right, within)| {
             let sides = [of("("), left, of(")"), of("=="), of("("), right, of(")")].concat();
-            let within = [of("within"), of("("), within, of(")")].concat();
+            let within = [of("within"), of("("), within, of(","), title.clone(), of(")")].concat();
             [of("claim"), title, of(":"), sides, within].concat()
         })
         .boxed()
@@ -150,7 +150,12 @@ fn tolerant() -> Tokens {
 /// A claim of a confidence of its own.
 fn sure() -> Tokens {
     (string(), prop_oneof![number(), name()], expr())
-        .prop_map(|(title, at, value)| [of("claim"), title, of("at"), at, of(":"), value].concat())
+        .prop_map(|(title, at, value)| {
+            let asked =
+                [of("at"), at, of("by"), title.clone(), of("family"), title.clone()].concat();
+            let other = [of("on"), of("par"), of("with"), of("("), value.clone(), of(")")].concat();
+            [of("claim"), title, asked, of(":"), of("("), value, of(")"), other].concat()
+        })
         .boxed()
 }
 

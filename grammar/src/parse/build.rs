@@ -63,9 +63,10 @@ impl<'d> Build<'d> {
             Rule::valued => {
                 let head = parts.part();
                 let value = self.expr(parts.part(), 0);
+                let (value, on_par, within) = self.claimed(value, &mut parts);
                 let mut kind = self.declared(head, value);
-                if let (ItemKind::Claim { within, .. }, Some(pair)) = (&mut kind, parts.next()) {
-                    *within = Some(self.expr(Parts::of(pair).part(), 0));
+                if let ItemKind::Claim { on_par: is_on_par, within: margin, .. } = &mut kind {
+                    (*is_on_par, *margin) = (on_par, within);
                 }
                 kind
             }
@@ -109,14 +110,8 @@ impl<'d> Build<'d> {
             Rule::table_head => ItemKind::Table { name: self.string(&parts.part()), value },
             Rule::claim_head => {
                 let name = self.string(&parts.part());
-                let at = parts.next().map(|pair| {
-                    if pair.as_rule() == Rule::number {
-                        return Box::new(self.number(&pair, None));
-                    }
-                    let name = self.name(&pair);
-                    Box::new(Expr { span: name.span, kind: ExprKind::Name(name.value) })
-                });
-                ItemKind::Claim { name, at, value, within: None }
+                let asked = Box::new(self.asked(parts));
+                ItemKind::Claim { name, asked, value, on_par: false, within: None }
             }
             other => unreachable!("{other:?} does not begin an item"),
         }
@@ -172,7 +167,7 @@ impl<'d> Build<'d> {
     }
 
     /// - `depth`: how many expressions lie around this one.
-    fn expr(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
+    pub(super) fn expr(&mut self, pair: Pair<'_>, depth: usize) -> Expr {
         let (whole, mut parts) = (pair.clone(), Parts::of(pair));
         let n = parts.n_left();
         // A chain of operators leans to the left, so that it is as deep as it is long.
@@ -251,7 +246,7 @@ impl<'d> Build<'d> {
     }
 
     /// A literal number, with the minus before it.
-    fn number(&mut self, pair: &Pair<'_>, minus: Option<Span>) -> Expr {
+    pub(super) fn number(&mut self, pair: &Pair<'_>, minus: Option<Span>) -> Expr {
         let (mut span, written) = (self.token(pair), pair.as_str());
         if let Some(minus) = minus {
             span = minus.to(span);
@@ -370,11 +365,11 @@ impl<'d> Build<'d> {
         (self.name(&parts.part()), self.expr(parts.part(), depth))
     }
 
-    fn name(&self, pair: &Pair<'_>) -> Name {
+    pub(super) fn name(&self, pair: &Pair<'_>) -> Name {
         Name { value: pair.as_str().to_owned(), span: self.token(pair) }
     }
 
-    fn string(&self, pair: &Pair<'_>) -> Spanned<String> {
+    pub(super) fn string(&self, pair: &Pair<'_>) -> Spanned<String> {
         let quoted = pair.as_str();
         let inner = &quoted[1..quoted.len() - 1];
         let value = if inner.contains('\\') { unescaped(inner) } else { inner.to_owned() };
@@ -390,7 +385,7 @@ impl<'d> Build<'d> {
     }
 
     /// From the first token of a pair to its last.
-    fn span(&self, pair: &Pair<'_>) -> Span {
+    pub(super) fn span(&self, pair: &Pair<'_>) -> Span {
         span(self.file, self.base + pair.as_span().start(), self.base + end(pair))
     }
 

@@ -212,7 +212,7 @@ impl Context<'_> {
             ("let", ":") if wants("`=`") => "a `let` names no type: write `let x = 1`",
             (_, ":" | "==") if wants("`=`") => "write `=`",
             ("claim", _) if before.ends_with("within") => "write `within(0.05)`",
-            (_, "within") => "`within(..)` ends a claim, behind the right side of its `==`",
+            (_, "within") => "`within(..)` ends a claim, behind the right side of its comparison",
             ("claim", _) if quotable && wants("a string") => {
                 "what is claimed stands in quotes: `claim \"in words\" : left < right`"
             }
@@ -343,7 +343,12 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::operator | Rule::arith | Rule::compare => (11, "an operator"),
         Rule::as_word => (11, "`as`"),
         Rule::within | Rule::within_word => (11, "`within`"),
-        Rule::at_word => (11, "`at`"),
+        Rule::on_par | Rule::on_word => (11, "`on par with`"),
+        Rule::par_word => (11, "`par with`"),
+        Rule::with_word => (11, "`with`"),
+        Rule::at_word | Rule::claim_at => (11, "`at`"),
+        Rule::by_word | Rule::claim_by => (11, "`by`"),
+        Rule::family_word | Rule::claim_family => (11, "`family`"),
         Rule::langle => (11, "`<`"),
         Rule::end | Rule::EOI | Rule::item_word => (12, "the next item"),
         Rule::edition

@@ -302,7 +302,11 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
         }
         ">" if prev == "<" => return habit((before.0, end), "there is no `<>`", "write `!=`"),
         "~" => {
-            return habit(here, "there is no `~`", "nearly equal is written `a == b within(0.05)`");
+            return habit(
+                here,
+                "there is no `~`",
+                "nearly equal is written `a on par with b within(0.05, \"why so much\")`",
+            );
         }
         "(" if tokens.len() > 3 && text[..before.0].ends_with('.') => {
             let owner = tokens[tokens.len() - 3];
@@ -445,7 +449,7 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
         _ if word == "claim"
             && tokens.len() == 2
             && prev.starts_with('"')
-            && found != "at"
+            && !matches!(found, "at" | "by" | "family")
             && found != "=" =>
         {
             return habit(

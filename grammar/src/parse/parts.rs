@@ -82,6 +82,11 @@ fn means_something(rule: Rule) -> bool {
             | Rule::match_word
             | Rule::within_word
             | Rule::at_word
+            | Rule::by_word
+            | Rule::family_word
+            | Rule::on_word
+            | Rule::par_word
+            | Rule::with_word
             | Rule::from_word
     )
 }

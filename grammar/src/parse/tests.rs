@@ -55,6 +55,14 @@ fn items() {
         ],
     );
     check(
+        "claim \"1\" at 0.9 by \"t\" family \"F\" : a >= b within(0.1, \"why\",) let family = by claim \"2\" family \"G\" : on on par with par within(with)",
+        &[
+            r#"(claim "1" at 0.9 by "t" family "F" (>= a b) within 0.1 "why")"#,
+            "(let family by)",
+            r#"(claim "2" family "G" (== on par) on par within with)"#,
+        ],
+    );
+    check(
         "claim \"1\" at 0.99 : a < b let at = 1 claim \"2\" at at : at == at within(at)",
         &[
             r#"(claim "1" at 0.99 (< a b))"#,

@@ -14,7 +14,7 @@ pub struct Verdict {
 }
 
 /// What came out at one coordinate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// Axis and label, in the order of declaration; empty for a single statement.
     pub at: Vec<(String, String)>,
@@ -22,7 +22,8 @@ pub struct Finding {
     pub outcome: Outcome,
     /// The difference, left minus right; the mean over seeds where there are any.
     pub estimate: f64,
-    /// The 95 % interval of the paired difference; none where nothing is stochastic.
+    /// The interval of the paired difference, of the claim's confidence; none where nothing is stochastic. An end of
+    /// which nothing is known is infinite.
     pub interval: Option<(f64, f64)>,
     /// How many seeds were paired. 0 where nothing is, unless what was compared rests on too few
     /// seeds to decide anything: then how many.
@@ -30,6 +31,19 @@ pub struct Finding {
     /// How far from 0 counts as equal; 0 where nothing but 0 does.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub within: f64,
+    /// The levels at which it would hold and at which it would fail: two-sided, as that of the interval. None where
+    /// nothing is stochastic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p: Option<(f64, f64)>,
+    /// Where it is undecided: the smallest difference that these seeds would have told in four of five cases.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smallest: Option<f64>,
+    /// Where it is undecided: how many seeds would tell the difference seen, in four of five cases.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enough: Option<usize>,
+    /// Whether it is undecided only because such differences, skewed or all alike, need more seeds.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub too_few: bool,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
@@ -50,7 +64,8 @@ impl Finding {
         let bounds = [-self.within, self.within].into_iter().filter(|bound| *bound != 0.0);
         let mut shown = shown_together(&told.chain(bounds).collect::<Vec<_>>());
         shown.truncate(if ends.is_some() { 3 } else { 1 });
-        shown
+        // The ends may be open.
+        shown.iter().map(|number| number.replace("inf", "∞")).collect()
     }
 
     /// Whether it is undecided for want of seeds.
@@ -61,12 +76,15 @@ impl Finding {
 }
 
 /// Whether a claim holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
     /// The data support it.
     Holds,
+    /// It is true of these seeds, and nothing is said of others.
+    Describes,
     /// The data do not decide it.
+    #[default]
     Undecided,
     /// The data contradict it.
     Fails,
@@ -84,6 +102,7 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Holds => "holds",
+            Self::Describes => "describes",
             Self::Undecided => "undecided",
             Self::Fails => "fails",
         })

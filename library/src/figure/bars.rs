@@ -18,7 +18,7 @@ declare! {
     /// One bar for each label of `by`; over `seed`, the mean with its 95 % interval.
     ///
     /// One more axis gives groups of bars. Where a value is not finite, or beyond 1e300, the figure says `n/a`.
-    pub struct Bars = "bars" @ 3 -> Figure {
+    pub struct Bars = "bars" @ 4 -> Figure {
         /// The heights.
         y: Everything<Array>;
         /// Axes that have a bar for each label.

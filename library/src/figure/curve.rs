@@ -12,7 +12,7 @@ declare! {
     ///
     /// Over `seed` a line is the mean, within a band that is its 95 % interval. What `y` also
     /// varies over, such as `member`, gives one thin line each, without bands.
-    pub struct Curve = "curve" @ 3 -> Layer {
+    pub struct Curve = "curve" @ 4 -> Layer {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.

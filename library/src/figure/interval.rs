@@ -1,6 +1,6 @@
 //! What replications say about a mean.
 
-use crate::math::interval::student_t;
+use crate::math::evidence::{Evidence, Spread};
 use crate::math::moments::mean;
 
 /// A mean and how sure it is.
@@ -8,18 +8,22 @@ use crate::math::moments::mean;
 pub(super) struct Estimate {
     /// The mean.
     pub(super) mean: f64,
-    /// The 95 % interval; none for a single sample or one that is not finite.
+    /// The 95 % interval; none for a single sample or one that is not finite. An end of which so few seeds say nothing
+    /// is infinite.
     pub(super) interval: Option<(f64, f64)>,
 }
 
-/// The mean of the samples with its 95 % interval by Student's t.
+/// The mean of the samples with its 95 % interval, by the rule of claims.
 ///
 /// # Panics
 /// If there are no samples.
 pub(super) fn interval(samples: &[f64]) -> Estimate {
     assert!(!samples.is_empty(), "a mean needs a sample");
-    let ends = (samples.len() > 1).then(|| student_t(samples, 0.95));
-    let interval = ends.filter(|(low, high)| low.is_finite() && high.is_finite());
+    let ends =
+        (samples.len() > 1).then(|| Evidence::Mean(Spread::of_mean(samples)).shown_interval(0.95));
+    let whole = |x: &f64| x.is_finite();
+    let interval =
+        ends.filter(|(low, high)| !low.is_nan() && !high.is_nan() && samples.iter().all(whole));
     Estimate { mean: mean(samples), interval }
 }
 
@@ -58,7 +62,8 @@ mod tests {
             let (scaled_low, scaled_high) = interval(&scaled).interval.unwrap();
             assert!(low < mean && mean < high);
             assert!((scaled_low - (4.0 * low - 8.0)).abs() < 1e-9);
-            assert!((scaled_high - (4.0 * high - 8.0)).abs() < 1e-9);
+            let open = high == f64::INFINITY && scaled_high == high;
+            assert!(open || (scaled_high - (4.0 * high - 8.0)).abs() < 1e-9);
         }
     }
 }

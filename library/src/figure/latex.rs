@@ -63,8 +63,8 @@ mod tests {
             },
         ];
         let expected = "\\begin{tabular}{lrr}\n\\toprule\nke\\_\\% & gap $-$ 1 \\textless{} 1 & n \\\\\n\
-                        \\midrule\na \\& b & 1.50 $\\pm$ 0.25 & 3.00 \\\\\n\
-                        x\\textasciicircum{}2\\textbackslash{} & \\textbf{0.50 $\\pm$ 0.50} &  \\\\\n\
+                        \\midrule\na \\& b & 1.50 [1.25, 1.75] & 3.00 \\\\\n\
+                        x\\textasciicircum{}2\\textbackslash{} & \\textbf{0.50 [0.00, 1.00]} &  \\\\\n\
                         \\bottomrule\n\\end{tabular}\n";
         assert_eq!(latex(&rows, &columns, 2), expected);
     }

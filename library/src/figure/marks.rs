@@ -72,11 +72,10 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
             let inside = |y: f64| y.clamp(-9.0, panel.height + 9.0);
             let (top, bottom) = (inside(end.min(foot)), inside(end.max(foot)));
             let mut out = vec![bar(look, left, top, right - left, bottom - top)];
-            if let Some((low, high)) =
-                whisker.filter(|(low, high)| placeable(*low) && placeable(*high))
+            if let Some((low, high)) = whisker.filter(|(low, high)| reaches(*low) && reaches(*high))
             {
-                let ((x, low), (_, high)) = (at(*x, low), at(*x, high));
-                out.extend(whisker_lines(x, low, high, (right - left).min(24.0) / 4.0));
+                let cap = (right - left).min(24.0) / 4.0;
+                out.extend(whisker_lines(panel, *x, (low, high), cap));
             }
             out
         }
@@ -155,19 +154,33 @@ fn level_markers(look: Look) -> [f64; 2] {
 }
 
 fn band(points: &[(f64, f64, f64)], look: Look, panel: &Panel) -> Vec<String> {
-    let broken = |&(x, low, high): &(f64, f64, f64)| ![x, low, high].into_iter().all(placeable);
+    let broken =
+        |&(x, low, high): &(f64, f64, f64)| !placeable(x) || !reaches(low) || !reaches(high);
     let mut out = Vec::new();
     for run in points.split(broken).filter(|run| !run.is_empty()) {
-        let lower = run.iter().map(|&(x, low, _)| panel.at((x, low)));
-        let upper = run.iter().rev().map(|&(x, _, high)| panel.at((x, high)));
+        let lower = run.iter().map(|&(x, low, _)| end(panel, x, low));
+        let upper = run.iter().rev().map(|&(x, _, high)| end(panel, x, high));
         if let [(x, low, high)] = run[..] {
-            let ((x, low), (_, high)) = (panel.at((x, low)), panel.at((x, high)));
-            out.extend(whisker_lines(x, low, high, 3.0));
+            out.extend(whisker_lines(panel, x, (low, high), 3.0));
         } else {
             out.push(area(look, &lower.chain(upper).collect::<Vec<_>>()));
         }
     }
     out
+}
+
+/// Whether an interval may end here: an infinite end is open and lies on the frame.
+fn reaches(x: f64) -> bool {
+    placeable(x) || x.is_infinite()
+}
+
+/// Where an end of an interval lies.
+fn end(panel: &Panel, x: f64, y: f64) -> (f64, f64) {
+    match y {
+        f64::INFINITY => (panel.at((x, panel.y.high)).0, 0.0),
+        f64::NEG_INFINITY => (panel.at((x, panel.y.low)).0, panel.height),
+        _ => panel.at((x, y)),
+    }
 }
 
 fn polyline(stroke: Stroke, look: Look, points: &[(f64, f64)]) -> String {
@@ -195,10 +208,16 @@ fn dot(look: Look, x: f64, y: f64) -> String {
     format!(r#"<circle cx="{}" cy="{}" r="1.5" fill="{}"/>"#, px(x), px(y), look.colour())
 }
 
-/// A whisker, on white so that it shows on any bar.
-fn whisker_lines(x: f64, low: f64, high: f64, cap: f64) -> [String; 2] {
-    let (l, r, x, low, high) = (px(x - cap), px(x + cap), px(x), px(low), px(high));
-    let path = format!("M{x} {low}L{x} {high}M{l} {low}L{r} {low}M{l} {high}L{r} {high}");
+/// A whisker, on white so that it shows on any bar; an open end has no cap.
+fn whisker_lines(panel: &Panel, x: f64, ends: (f64, f64), cap: f64) -> [String; 2] {
+    let ((x, low), (_, high)) = (end(panel, x, ends.0), end(panel, x, ends.1));
+    let (left, right) = (px(x - cap), px(x + cap));
+    let cap = |value: f64, y: &str| {
+        if value.is_finite() { format!("M{left} {y}L{right} {y}") } else { String::new() }
+    };
+    let (x, low, high) = (px(x), px(low), px(high));
+    let (below, above) = (cap(ends.0, &low), cap(ends.1, &high));
+    let path = format!("M{x} {low}L{x} {high}{below}{above}");
     [("#ffffff", "3"), ("#222222", "1.2")].map(|(colour, width)| {
         format!(r#"<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width}"/>"#)
     })

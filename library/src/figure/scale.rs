@@ -122,8 +122,10 @@ fn extent(mark: &Mark) -> (Vec<f64>, Vec<f64>) {
             points.iter().filter(|(x, y)| placeable(*x) && placeable(*y)).copied().unzip()
         }
         Mark::Band(points) => {
+            // Open ends lie on the frame, wherever that is.
+            let fits = |x: f64| placeable(x) || x.is_infinite();
             let whole =
-                |&&(x, low, high): &&(f64, f64, f64)| [x, low, high].into_iter().all(placeable);
+                |&&(x, low, high): &&(f64, f64, f64)| placeable(x) && fits(low) && fits(high);
             let whole: Vec<_> = points.iter().filter(whole).collect();
             let xs = whole.iter().map(|point| point.0).collect();
             (xs, whole.iter().flat_map(|point| [point.1, point.2]).collect())

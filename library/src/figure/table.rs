@@ -18,13 +18,13 @@ declare! {
     /// Measures as Markdown, CSV and LaTeX (with `booktabs`), one row for each label of `rows`.
     ///
     /// There is a column for each value and each label of what it varies over but `rows`. Over
-    /// `seed`, Markdown and LaTeX show the mean ± half the width of its 95 % interval; CSV has mean, low
-    /// and high, in full precision. A column is called by its value's name and labels; values without a name
+    /// `seed`, Markdown and LaTeX show the mean [low, high], the ends of its 95 % interval (the one of claims); CSV has the same
+    /// in full precision. A column is called by its value's name and labels; values without a name
     /// are `value 1`, `value 2`, and of columns that would be called alike the second has ` (2)` behind.
     ///
     /// The LaTeX is UTF-8, the default of LaTeX, and needs `booktabs` alone: Greek letters and signs of mathematics
     /// are set in math, other letters that pdfLaTeX's font lacks need `XeLaTeX` or `LuaLaTeX`.
-    pub struct Tabulate = "table" @ 8 -> Table {
+    pub struct Tabulate = "table" @ 9 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -153,8 +153,13 @@ pub(super) fn shown(cell: Option<Estimate>, digits: usize) -> String {
     let mean_text = shown_to_decimals(digits, mean);
     match interval {
         Some((low, high)) => {
-            let half = high / 2.0 - low / 2.0;
-            format!("{mean_text} ± {}", shown_to_decimals(digits, half))
+            // As many more digits as tell the ends from each other.
+            let ends = |digits| [low, high].map(|end| shown_to_decimals(digits, end));
+            let told = (digits..=17).map(ends).find(|[a, b]| a != b || low == high);
+            let [from, to] = told.unwrap_or_else(|| ends(17));
+            let from = if low.is_finite() { format!("[{from}") } else { "(-∞".to_owned() };
+            let to = if high.is_finite() { format!("{to}]") } else { "∞)".to_owned() };
+            format!("{mean_text} {from}, {to}")
         }
         None => mean_text,
     }
@@ -204,10 +209,10 @@ mod tests {
         assert!(lines[1].starts_with("WCM,2.0,-0.48413") && lines[1].ends_with(",7.0"), "{csv}");
         assert_eq!(lines[2], "MA|x,0.5,0.5,0.5,-0.001");
         let md = "\
-| ke    |         gap |        n |
-| ----- | ----------: | -------: |
-| WCM   | 2.00 ± 2.48 |     7.00 |
-| MA\\|x | 0.50 ± 0.00 | -1.00e-3 |
+| ke    |                gap |        n |
+| ----- | -----------------: | -------: |
+| WCM   | 2.00 [-0.48, 4.48] |     7.00 |
+| MA\\|x |  0.50 [0.50, 0.50] | -1.00e-3 |
 ";
         check(&found, md, &csv);
     }
@@ -287,7 +292,8 @@ mod tests {
         let text = |mean: f64, half: f64| {
             shown(Some(Estimate { mean, interval: Some((mean - half, mean + half)) }), 2)
         };
-        assert_eq!(text(0.67, 0.0), "0.67 ± 0.00");
-        assert_eq!(text(0.67, 1e-4), "0.67 ± 1.00e-4");
+        assert_eq!(text(0.67, 0.0), "0.67 [0.67, 0.67]");
+        assert_eq!(text(0.67, 1e-4), "0.67 [0.6699, 0.6701]");
+        assert_eq!(text(0.67, f64::INFINITY), "0.67 (-∞, ∞)");
     }
 }

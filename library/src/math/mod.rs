@@ -4,6 +4,7 @@ pub mod bellman;
 pub mod compare;
 pub mod detect;
 pub mod disagreement;
+pub mod evidence;
 pub mod interval;
 pub mod linear_gaussian;
 pub mod markov_chain;

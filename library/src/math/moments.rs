@@ -180,6 +180,18 @@ pub fn stderr(xs: &[f64]) -> f64 {
     (squares / real(xs.len() - 1) / real(xs.len())).sqrt() * unit * by
 }
 
+/// The skewness `m₃ / m₂^{3/2}` of the numbers themselves: 0 of equal numbers; NaN of nothing and of what is not finite.
+#[must_use]
+pub fn skewness(xs: &[f64]) -> f64 {
+    let (centre, spread) = (mean(xs), std(xs));
+    if spread == 0.0 {
+        return 0.0;
+    }
+    // Halves, so that no difference is too large for a number.
+    let cubes = xs.iter().map(|x| ((x / 2.0 - centre / 2.0) / (spread / 2.0)).powi(3));
+    mean(&cubes.collect::<Vec<_>>())
+}
+
 /// `Σ w_i x_i` for weights that sum to one.
 ///
 /// # Panics
@@ -280,6 +292,16 @@ mod tests {
         assert_eq!(std(&[-f64::MAX, f64::MAX]), f64::MAX);
         assert_eq!(std(&[1e-200, 3e-200]), 1e-200);
         assert_eq!(stderr(&[1e-200, 3e-200]), 1e-200);
+    }
+
+    #[test]
+    fn skewness_of_one_in_four() {
+        // Of 0, 0, 0 and 4 the mean is 1, m₂ = 3 and m₃ = (27 − 3) / 4 = 6.
+        let by_hand = 6.0 / 3.0_f64.powf(1.5);
+        assert!((skewness(&[0.0, 0.0, 0.0, 4.0]) - by_hand).abs() < 1e-15);
+        assert!((skewness(&[0.0, 0.0, 0.0, -4e200]) + by_hand).abs() < 1e-15);
+        assert_eq!((skewness(&[1.0, 2.0, 3.0]), skewness(&[0.1; 3])), (0.0, 0.0));
+        assert!(skewness(&[1.0, f64::INFINITY]).is_nan() && skewness(&[]).is_nan());
     }
 
     #[test]

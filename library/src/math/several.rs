@@ -1,22 +1,10 @@
 //! Several tests at once, and what many runs on many tasks come to.
 
+pub use ivx_op::holm;
+
 use super::compare::probability_of_improvement;
 use super::moments::{mean, real};
 use super::order::{iqm, median};
-
-/// Holm's adjusted probabilities: those below `α` are rejected with a chance of at most `α` to reject a
-/// true one (Holm, 1979).
-#[must_use]
-pub fn holm(ps: &[f64]) -> Vec<f64> {
-    let order = ascending(ps);
-    let mut adjusted = vec![0.0; ps.len()];
-    let mut highest = 0.0_f64;
-    for (rank, &i) in order.iter().enumerate() {
-        highest = highest.max(ps[i] * real(ps.len() - rank)).min(1.0);
-        adjusted[i] = highest;
-    }
-    adjusted
-}
 
 /// The adjusted probabilities of Benjamini and Hochberg (1995): of those below `q`, a share of at most
 /// `q` is expected to be false.

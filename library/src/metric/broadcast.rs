@@ -2,6 +2,8 @@
 
 use ivx_op::{Array, Dim, OpError};
 
+use super::resample::RESAMPLE;
+
 /// `join` of the two numbers at every coordinate of either array: the dimensions of the left one,
 /// then those only the right one has.
 ///
@@ -14,10 +16,12 @@ pub(super) fn broadcast(
 ) -> Result<Array, OpError> {
     for dim in &left.dims {
         if right.dims.iter().any(|other| other.name == dim.name && other != dim) {
-            return Err(OpError::Failed(format!(
-                "the two sides have different labels along `{}`",
-                dim.name
-            )));
+            let message = if dim.name == RESAMPLE {
+                "the two sides rest on different seeds".to_owned()
+            } else {
+                format!("the two sides have different labels along `{}`", dim.name)
+            };
+            return Err(OpError::Failed(message));
         }
     }
     let added = right.dims.iter().filter(|dim| left.dim(&dim.name).is_none());

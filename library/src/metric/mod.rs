@@ -13,6 +13,8 @@ mod nll;
 mod published;
 mod quantile;
 mod reduce;
+mod relation;
+mod resample;
 mod rmse;
 mod select;
 mod sort;
@@ -31,6 +33,7 @@ pub use nll::Nll;
 pub use published::PublishedNumbers;
 pub use quantile::Quantile;
 pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
+pub use resample::Resample;
 pub use rmse::Rmse;
 pub use select::Select;
 pub use sort::Sort;
@@ -71,6 +74,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Rmse>()
         .op::<Equivalent>()
         .op::<MixtureStd>()
+        .op::<Resample>()
         .op::<Claim>()
 }
 

@@ -4,8 +4,19 @@ use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 use crate::math::{moments, order};
 
+/// The axis of replications.
+pub(super) const SEED: &str = "seed";
+
 macro_rules! reductions {
-    ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal @ $version:literal by $function:path;)+) => {$(
+    ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal @ $version:literal by $function:path;)+) => {
+        /// The reduction of this name.
+        pub(super) fn named(name: &str) -> Option<fn(&[f64]) -> f64> {
+            match name {
+                $($name => Some($function),)+
+                _ => None,
+            }
+        }
+    $(
         declare! {
             $(#[doc = $doc])+
             pub struct $ty = $name @ $version -> Array [reduce x] {

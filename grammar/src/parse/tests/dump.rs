@@ -41,11 +41,18 @@ pub(crate) fn item(item: &Item) -> String {
         ItemKind::Measure { name, value } => format!("measure {} {}", name.value, expr(value)),
         ItemKind::Figure { name, value } => format!("figure {:?} {}", name.value, expr(value)),
         ItemKind::Table { name, value } => format!("table {:?} {}", name.value, expr(value)),
-        ItemKind::Claim { name, at, value, within } => {
-            let at = at.as_ref().map(|at| format!(" at {}", expr(at)));
-            let within = within.as_ref().map(|within| format!(" within {}", expr(within)));
-            let (at, within) = (at.unwrap_or_default(), within.unwrap_or_default());
-            format!("claim {:?}{at} {}{within}", name.value, expr(value))
+        ItemKind::Claim { name, asked, value, on_par, within } => {
+            let at = asked.at.as_ref().map(|at| format!(" at {}", expr(at)));
+            let by = asked.by.as_ref().map(|by| format!(" by {:?}", by.value));
+            let family = asked.family.as_ref().map(|family| format!(" family {:?}", family.value));
+            let par = on_par.then(|| " on par".to_owned());
+            let within = within.as_ref().map(|within| {
+                let why = within.why.as_ref().map(|why| format!(" {:?}", why.value));
+                format!(" within {}{}", expr(&within.margin), why.unwrap_or_default())
+            });
+            let [at, by, family, par, within] =
+                [at, by, family, par, within].map(Option::unwrap_or_default);
+            format!("claim {:?}{at}{by}{family} {}{par}{within}", name.value, expr(value))
         }
         ItemKind::Published { name, path } => {
             format!("published {} {:?}", name.value, path.value)

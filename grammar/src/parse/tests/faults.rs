@@ -41,7 +41,7 @@ fn broken_items() {
         "measure m = a == b within(0.5)",
         &[
             "(measure m (== a b))",
-            "IVX0101 1:20 expected an operator or the next item, found `within`; `within(..)` ends a claim, behind the right side of its `==`",
+            "IVX0101 1:20 expected an operator or the next item, found `within`; `within(..)` ends a claim, behind the right side of its comparison",
         ],
     );
     check(

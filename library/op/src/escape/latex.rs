@@ -38,10 +38,10 @@ pub fn latex(text: &str) -> String {
     safe
 }
 
-/// A number, or a mean ± half the width of its interval, with minus signs in math.
+/// A number, or one with its interval, with minus signs and infinities in math.
 #[must_use]
 pub fn latex_number(text: &str) -> String {
-    text.replace(['-', '−'], "$-$").replace('±', "$\\pm$")
+    text.replace(['-', '−'], "$-$").replace('∞', "$\\infty$")
 }
 
 /// What LaTeX calls characters that would act, be drawn as others, or are in no font of text.
@@ -195,6 +195,6 @@ mod tests {
         );
         check("a\u{1b}\nb  c ", "a\\textbackslash{}u\\{1b\\} b ~c~");
         check("σ² ≤ é", "$\\sigma$² $\\leq$ é");
-        assert_eq!(latex_number("-4.000 ± 1.00e-4"), "$-$4.000 $\\pm$ 1.00e$-$4");
+        assert_eq!(latex_number("4.0 [1.00e-4, ∞)"), "4.0 [1.00e$-$4, $\\infty$)");
     }
 }

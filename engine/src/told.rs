@@ -1,0 +1,144 @@
+//! What is told of a claim beside its verdict, in words.
+
+use ivx_grammar::ir::{Experiment, Spec};
+use ivx_op::{Finding, Outcome as Verdict, shown};
+
+use crate::results::Claim;
+
+/// What a reader is to know of a claim, its verdict aside: one note each.
+#[must_use]
+pub fn notes(claim: &Claim) -> Vec<String> {
+    let mut notes = claim.marks.clone();
+    if let Some(corrected) = claim.corrected.filter(|corrected| corrected.of > 1) {
+        let (adjusted, n) = (level(corrected.adjusted), corrected.of);
+        let verdict = match claim.outcome {
+            Some(outcome) if outcome != corrected.outcome => format!("{}, ", corrected.outcome),
+            _ => String::new(),
+        };
+        notes.push(format!("among {n}: {verdict}p {adjusted}"));
+    }
+    notes
+}
+
+/// How an experiment differs from its source: what its author says, and the sizes that were set otherwise.
+pub(crate) fn differs(spec: &Spec, experiment: &Experiment) -> Vec<String> {
+    let mut differs = experiment.deviations.clone();
+    let all = || experiment.params.iter().chain(&spec.params);
+    for param in all() {
+        differs.extend(param.deviations.iter().map(|words| format!("{}: {words}", param.name)));
+    }
+    let sizes = all().filter(|param| param.value != param.default);
+    let sizes =
+        sizes.map(|param| format!("{} = {} for {}", param.name, param.value, param.default));
+    let sizes: Vec<String> = sizes.collect();
+    if !sizes.is_empty() {
+        differs.push(format!("other sizes: {}", sizes.join(", ")));
+    }
+    differs
+}
+
+/// Why a finding is undecided, and how many seeds would decide it; empty where it is not.
+#[must_use]
+pub fn reason(finding: &Finding) -> String {
+    if finding.outcome != Verdict::Undecided {
+        return String::new();
+    }
+    if finding.lacks_seeds() {
+        return format!("fewer than {} seeds decide nothing", Finding::MIN_SEEDS);
+    }
+    let mut reasons = Vec::new();
+    if finding.too_few {
+        reasons.push("too few seeds for such differences".to_owned());
+    }
+    reasons.extend(
+        finding.smallest.map(|least| format!("{} could have been told", shown(round(least)))),
+    );
+    reasons.extend(finding.enough.map(|n| format!("about {} seeds would tell this", roughly(n))));
+    reasons.join(", ")
+}
+
+/// A level of significance: what is nearly none is below.
+fn level(p: f64) -> String {
+    if p < 1e-4 { "< 0.0001".to_owned() } else { format!("= {}", shown(round(p))) }
+}
+
+/// Upwards to two digits.
+fn roughly(n: usize) -> usize {
+    let unit = (2..19).take_while(|power| n >= 10_usize.saturating_pow(*power)).last();
+    let unit = unit.map_or(1, |power| 10_usize.pow(power - 1));
+    n.div_ceil(unit) * unit
+}
+
+/// To two digits.
+fn round(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_grammar::ir::Param;
+    use ivx_op::Lit;
+
+    use super::*;
+    use crate::results::Corrected;
+
+    #[test]
+    fn numbers_are_rounded_so_that_nothing_is_promised() {
+        assert_eq!([1, 9, 62, 99, 101, 627, 12_345].map(roughly), [1, 9, 62, 99, 110, 630, 13_000]);
+        assert_eq!([0.5, 0.0123, 1e-9].map(level), ["= 0.5", "= 0.012", "< 0.0001"]);
+    }
+
+    #[test]
+    fn what_is_undecided_says_why() {
+        let finding = Finding {
+            n: 8,
+            too_few: true,
+            smallest: Some(0.123),
+            enough: Some(127),
+            ..Finding::default()
+        };
+        let told = "too few seeds for such differences, 0.12 could have been told, \
+                    about 130 seeds would tell this";
+        assert_eq!(reason(&finding), told);
+        assert_eq!(reason(&Finding { outcome: Verdict::Fails, ..finding }), "");
+        let few = Finding { n: 3, ..Finding::default() };
+        assert_eq!(reason(&few), "fewer than 5 seeds decide nothing");
+    }
+
+    #[test]
+    fn a_verdict_that_changes_among_others_is_told() {
+        let corrected = |outcome| Corrected { of: 3, p: 0.02, adjusted: 0.06, outcome };
+        let claim = |among| Claim {
+            outcome: Some(Verdict::Holds),
+            corrected: Some(corrected(among)),
+            marks: vec!["by t".to_owned()],
+            ..Claim::default()
+        };
+        assert_eq!(notes(&claim(Verdict::Undecided)), ["by t", "among 3: undecided, p = 0.06"]);
+        assert_eq!(notes(&claim(Verdict::Holds)), ["by t", "among 3: p = 0.06"]);
+    }
+
+    #[test]
+    fn deviations_and_other_sizes_are_told() {
+        let param = |name: &str, value: i64, words: &[&str]| Param {
+            name: name.to_owned(),
+            docs: String::new(),
+            value: Lit::Int(value),
+            by: String::new(),
+            default: Lit::Int(64),
+            deviations: words.iter().map(ToString::to_string).collect(),
+        };
+        let experiment = Experiment {
+            deviations: vec!["a finer grid".to_owned()],
+            params: vec![param("members", 16, &["fewer, since it is slow"]), param("n", 64, &[])],
+            ..Experiment::default()
+        };
+        let told = differs(&Spec::default(), &experiment);
+        let expected = [
+            "a finer grid",
+            "members: fewer, since it is slow",
+            "other sizes: members = 16 for 64",
+        ];
+        assert_eq!(told, expected);
+    }
+}

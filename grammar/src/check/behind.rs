@@ -1,0 +1,262 @@
+//! The seeds behind what a claim compares: a number made of all of them is made of each resample too.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ivx_op::{ArgKind, Array, Artifact, ByName, Dims, Lit, Role};
+
+use super::Checker;
+use super::axis::SEED;
+use crate::Span;
+use crate::ir::{AxisId, AxisRole, Desc, Expr, ExprId, ExprKind, Feed, Op};
+
+/// The dimension of samples drawn anew.
+const RESAMPLE: &str = "resample";
+
+/// Reductions that are made of each resample where it is drawn, so that none of them is kept whole.
+const REDUCTIONS: [&str; 8] =
+    ["mean", "sum", "share", "median", "iqm", "std", "stderr", "quantile"];
+
+/// What there is no resampling of: a largest or smallest number, or what another operation makes of all seeds.
+pub(super) struct OfThese;
+
+/// Expressions with the seeds behind them, and what was resampled for them.
+#[derive(Default)]
+pub(super) struct Behind {
+    done: BTreeMap<ExprId, ExprId>,
+    pub(super) leaves: BTreeSet<ExprId>,
+}
+
+impl Checker<'_> {
+    /// Whether seeds vanish somewhere in what a value is made of, its own seeds aside.
+    pub(super) fn loses_seeds(&self, id: ExprId) -> bool {
+        let mut seen = BTreeSet::new();
+        let mut todo = vec![id];
+        while let Some(id) = todo.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            let expr = self.spec.expr(id);
+            if self.loses_here(expr) {
+                return true;
+            }
+            todo.extend(self.spec.inputs(expr));
+        }
+        false
+    }
+
+    fn loses_here(&self, expr: &Expr) -> bool {
+        // One seed that is picked says nothing of the others, which is told otherwise.
+        let picks = matches!(&expr.kind, ExprKind::Pick { .. })
+            || matches!(&expr.kind, ExprKind::Op(op) if op.name == "select");
+        let inputs = || self.spec.inputs(expr).into_iter();
+        !picks && !self.has_seeds(expr) && inputs().any(|id| self.has_seeds(self.spec.expr(id)))
+    }
+
+    fn has_seeds(&self, expr: &Expr) -> bool {
+        expr.dims.iter().any(|dim| dim == SEED) || self.seed_in(&expr.axes).is_some()
+    }
+
+    /// Whether a value varies over seeds.
+    pub(super) fn over_seeds(&self, id: ExprId) -> bool {
+        self.has_seeds(self.spec.expr(id))
+    }
+
+    /// How many seeds there are along the axis of a value.
+    pub(super) fn n_axis_seeds(&self, id: ExprId) -> Option<usize> {
+        let seed = self.seed_in(&self.spec.expr(id).axes)?;
+        Some(self.spec.axis(seed).coords.len())
+    }
+
+    fn seed_in(&self, axes: &BTreeSet<AxisId>) -> Option<AxisId> {
+        axes.iter().copied().find(|axis| self.spec.axis(*axis).role == AxisRole::Seed)
+    }
+
+    /// The condition of which a value is the share of seeds, and of nothing else.
+    pub(super) fn share_of_seeds(&self, id: ExprId) -> Option<ExprId> {
+        let ExprKind::Op(op) = &self.spec.expr(id).kind else { return None };
+        let [(_, feeds)] = &op.ports[..] else { return None };
+        let ([feed], "share") = (&feeds[..], op.name.as_str()) else { return None };
+        let over = Desc::Lit(Lit::List(vec![Lit::Text(match feed.gathered[..] {
+            [] => SEED.to_owned(),
+            [axis] if self.spec.axis(axis).role == AxisRole::Seed => "#0".to_owned(),
+            _ => return None,
+        })]));
+        let plain = op.args.get("over") == Some(&over) && feed.groups.is_none();
+        (plain && !self.loses_seeds(feed.expr)).then_some(feed.expr)
+    }
+
+    /// The value for the sample and each resample of seeds.
+    ///
+    /// # Errors
+    /// If it is made of seeds in another way than by a reduction that resampling suits.
+    pub(super) fn resampled(
+        &mut self,
+        id: ExprId,
+        behind: &mut Behind,
+        span: Span,
+    ) -> Result<ExprId, OfThese> {
+        if let Some(done) = behind.done.get(&id) {
+            return Ok(*done);
+        }
+        let expr = self.spec.expr(id).clone();
+        let done = match (self.loses_seeds(id), self.has_seeds(&expr)) {
+            (false, false) => id,
+            (false, true) => self.resampled_leaf(id, &expr, behind, span),
+            (true, _) => {
+                let kind = self.resampled_kind(&expr, behind, span)?;
+                let seed = self.seed_in(&expr.axes);
+                let mut dims = vec![RESAMPLE.to_owned()];
+                dims.extend(seed.map(|_| SEED.to_owned()));
+                dims.extend(expr.dims.iter().filter(|dim| *dim != RESAMPLE).cloned());
+                let axes = expr.axes.iter().copied().filter(|axis| Some(*axis) != seed).collect();
+                self.push(Expr { axes, dims, kind, ..expr }, span)
+            }
+        };
+        behind.done.insert(id, done);
+        Ok(done)
+    }
+
+    fn resampled_leaf(
+        &mut self,
+        id: ExprId,
+        expr: &Expr,
+        behind: &mut Behind,
+        span: Span,
+    ) -> ExprId {
+        behind.leaves.insert(id);
+        let seed = self.seed_in(&expr.axes);
+        let feed = Feed { gathered: seed.into_iter().collect(), labelled: true, ..Feed::one(id) };
+        let op = Op {
+            name: RESAMPLE.to_owned(),
+            args: ByName::from([
+                ("reduction".to_owned(), Desc::Lit(Lit::Text(String::new()))),
+                ("along".to_owned(), Desc::Lit(Lit::List(Vec::new()))),
+                ("q".to_owned(), Desc::Lit(Lit::Real(0.5))),
+            ]),
+            ports: vec![("x".to_owned(), vec![feed])],
+            stochastic: false,
+        };
+        let mut dims = vec![RESAMPLE.to_owned()];
+        dims.extend(seed.map(|_| SEED.to_owned()));
+        dims.extend(expr.dims.iter().cloned());
+        let axes = expr.axes.iter().copied().filter(|axis| Some(*axis) != seed).collect();
+        let artifact = Array::KIND.to_owned();
+        let (address, collected) = (expr.address.clone(), BTreeSet::new());
+        self.push(Expr { address, axes, collected, artifact, dims, kind: ExprKind::Op(op) }, span)
+    }
+
+    /// A reduction of what varies over seeds and is made of none, as one operation.
+    fn reduced_where_drawn(&self, op: &Op, behind: &mut Behind) -> Option<Op> {
+        let [(_, feeds)] = &op.ports[..] else { return None };
+        let [feed] = &feeds[..] else { return None };
+        let suits = REDUCTIONS.contains(&op.name.as_str()) && feed.groups.is_none();
+        if !suits || !self.over_seeds(feed.expr) || self.loses_seeds(feed.expr) {
+            return None;
+        }
+        let Some(Desc::Lit(Lit::List(over))) = op.args.get("over") else { return None };
+        let along = over.iter().map(|name| {
+            let Lit::Text(name) = name else { return name.clone() };
+            let place = name.strip_prefix('#').and_then(|place| place.parse::<usize>().ok());
+            let axis = place.and_then(|place| feed.gathered.get(place));
+            Lit::Text(axis.map_or_else(|| name.clone(), |axis| self.spec.axis(*axis).name.clone()))
+        });
+        let q = op.args.get("q").cloned().unwrap_or(Desc::Lit(Lit::Real(0.5)));
+        let args = ByName::from([
+            ("reduction".to_owned(), Desc::Lit(Lit::Text(op.name.clone()))),
+            ("along".to_owned(), Desc::Lit(Lit::List(along.collect()))),
+            ("q".to_owned(), q),
+        ]);
+        behind.leaves.insert(feed.expr);
+        let seed = self.seed_in(&self.spec.expr(feed.expr).axes);
+        let mut gathered = feed.gathered.clone();
+        gathered.extend(seed.filter(|seed| !feed.gathered.contains(seed)));
+        let feed = Feed { gathered, labelled: true, ..Feed::one(feed.expr) };
+        let ports = vec![("x".to_owned(), vec![feed])];
+        Some(Op { name: RESAMPLE.to_owned(), args, ports, stochastic: false })
+    }
+
+    fn resampled_kind(
+        &mut self,
+        expr: &Expr,
+        behind: &mut Behind,
+        span: Span,
+    ) -> Result<ExprKind, OfThese> {
+        let is_seed = |checker: &Self, axis: AxisId| checker.spec.axis(axis).role == AxisRole::Seed;
+        match &expr.kind {
+            ExprKind::Pick { base, axis, place } if !is_seed(self, *axis) => {
+                let base = self.resampled(*base, behind, span)?;
+                Ok(ExprKind::Pick { base, axis: *axis, place: *place })
+            }
+            ExprKind::Restrict { base, axis, restricted, places } if !is_seed(self, *axis) => {
+                let (base, places) = (self.resampled(*base, behind, span)?, places.clone());
+                Ok(ExprKind::Restrict { base, axis: *axis, restricted: *restricted, places })
+            }
+            ExprKind::Match { axis, arms } if !is_seed(self, *axis) => {
+                let mut all = Vec::new();
+                for arm in arms {
+                    let own = self.resampled(*arm, behind, span)?;
+                    if own == *arm {
+                        return Err(OfThese);
+                    }
+                    all.push(own);
+                }
+                Ok(ExprKind::Match { axis: *axis, arms: all })
+            }
+            ExprKind::Op(op) => self.resampled_op(expr, op, behind, span).map(ExprKind::Op),
+            _ => Err(OfThese),
+        }
+    }
+
+    fn resampled_op(
+        &mut self,
+        expr: &Expr,
+        op: &Op,
+        behind: &mut Behind,
+        span: Span,
+    ) -> Result<Op, OfThese> {
+        let decl = self.registry.decl(&op.name).ok_or(OfThese)?;
+        let Role::Op(out) = &decl.role else { return Err(OfThese) };
+        let extreme = matches!(op.name.as_str(), "min" | "max") && self.loses_here(expr);
+        if extreme
+            || op.stochastic
+            || matches!(out.dims, Dims::Fixed(_))
+            || op.args.values().any(Desc::holds)
+        {
+            return Err(OfThese);
+        }
+        if let Some(op) = self.reduced_where_drawn(op, behind) {
+            return Ok(op);
+        }
+        let mut op = op.clone();
+        let mut renamed: BTreeMap<String, String> = BTreeMap::new();
+        for (_, feeds) in &mut op.ports {
+            for feed in feeds {
+                let is_seed = |axis: &AxisId| self.spec.axis(*axis).role == AxisRole::Seed;
+                if feed.groups.as_ref().is_some_and(|groups| is_seed(&groups.axis)) {
+                    return Err(OfThese);
+                }
+                let kept: Vec<AxisId> =
+                    feed.gathered.iter().copied().filter(|axis| !is_seed(axis)).collect();
+                for (i, axis) in feed.gathered.iter().enumerate().filter(|_| !feed.labelled) {
+                    let place = kept.iter().position(|own| own == axis);
+                    let name = place.map_or_else(|| SEED.to_owned(), |place| format!("#{place}"));
+                    renamed.insert(format!("#{i}"), name);
+                }
+                feed.gathered = kept;
+                feed.expr = self.resampled(feed.expr, behind, span)?;
+            }
+        }
+        let axes =
+            decl.args.iter().filter(|arg| matches!(arg.kind, ArgKind::Axes | ArgKind::NumericAxis));
+        for arg in axes {
+            let Some(Desc::Lit(Lit::List(names))) = op.args.get(arg.name) else { continue };
+            let own = names.iter().map(|name| match name {
+                Lit::Text(text) => Lit::Text(renamed.get(text).unwrap_or(text).clone()),
+                other => other.clone(),
+            });
+            let own = Desc::Lit(Lit::List(own.collect()));
+            op.args.insert(arg.name.to_owned(), own);
+        }
+        Ok(op)
+    }
+}
