@@ -78,3 +78,113 @@ fn equality_has_a_tolerance() {
     let results = project.read("results/e/results.ron");
     assert!(results.contains("claim: \"1.0 == 1.5 within(0.5)\""), "{results}");
 }
+
+const SPEC: &str = "edition \"2026\"
+experiment e {
+    axis seed = 0..20
+    param most: Float = 9.0
+    let data = sample(sinusoids(), n: 5)
+    let far = mean(support_distance(data, at: grid(0.0, 1.0, points: 3)), over: x)
+    measure far_at = far
+    claim \"near\" : far < most
+    claim \"not far\" : far > 0.9
+}
+experiment f {
+    axis seed = 0..20
+    claim \"true\" : 1.0 < 2.0
+    claim \"other\" family \"F\" : e.far < 9.0
+    claim \"par\" family \"F\" : e.far on par with 0.0 within(0.001, \"the width of a line\")
+}
+";
+
+#[test]
+fn a_registered_claim_that_changes_is_told() {
+    let project = Project::with(&[("e.ivx", SPEC)]);
+    let said = project.run("claims", "e.ivx", &["--since", "ivx.lock"]);
+    assert_eq!(said.code, 2, "{}{}", said.out, said.err);
+    assert_eq!(project.run("exec", "e.ivx", &["--register"]).code, 0);
+    let lock = project.read("ivx.lock");
+    assert!(!lock.contains(project.path("").to_str().expect("paths are text")), "{lock}");
+    let said = project.run("exec", "e.ivx", &["--locked"]);
+    assert!(said.code == 0 && said.out.contains("as locked"), "{}", said.out);
+    let at = project.path("ivx.lock").display().to_string();
+    let said = project.run("claims", "e.ivx", &["--since", &at]);
+    assert_eq!((said.code, said.out.trim()), (0, "no claim, threshold or parameter changed"));
+
+    // A verdict that moves, and a parameter and a threshold that are changed after it was seen.
+    project.write(
+        "e.ivx",
+        &SPEC.replace("most: Float = 9.0", "most: Float = 0.001").replace("> 0.9", "> 0.8"),
+    );
+    let said = project.run("claims", "e.ivx", &["--since", &at]);
+    assert_eq!(said.code, 1);
+    assert!(said.out.contains("~ param e.most: 9.0 -> 0.001"), "{}", said.out);
+    assert!(said.out.contains("claim e/\"not far\", registered on 20"), "{}", said.out);
+    assert!(said.out.contains(": far > 0.9 -> far > 0.8"), "{}", said.out);
+    let said = project.run("exec", "e.ivx", &["--locked"]);
+    assert!(
+        said.code == 1 && said.out.contains("! claim e/\"near\": holds -> fails"),
+        "{}",
+        said.out
+    );
+
+    // Other data: the measure leaves its interval.
+    project.write("e.ivx", &SPEC.replace("n: 5", "n: 50"));
+    let said = project.run("exec", "e.ivx", &["--locked"]);
+    assert!(
+        said.code == 1 && said.out.contains("~ measure e/far_at: 1 of 1 moved"),
+        "{}",
+        said.out
+    );
+}
+
+#[test]
+fn what_seeds_can_tell_is_listed_once_they_are_judged() {
+    let project = Project::with(&[("e.ivx", SPEC)]);
+    let said = project.run("plan", "e.ivx", &["--power"]);
+    assert!(said.out.contains("5 claims are not judged yet"), "{}", said.out);
+    project.executed("e.ivx", &[]);
+    let said = project.run("plan", "e.ivx", &["--power"]);
+    let lines = said.out.lines().filter(|line| line.contains(" seeds tell this"));
+    assert!(lines.count() == 4 && !said.out.contains("true"), "{}", said.out);
+}
+
+#[test]
+fn verdicts_among_others_stand_beside_those_by_themselves() {
+    let project = Project::with(&[("e.ivx", SPEC)]);
+    let said = project.run("exec", "e.ivx", &[]).out;
+    let line = |words: &str| {
+        let line = said.lines().find(|line| line.contains(words));
+        line.unwrap_or_else(|| panic!("{words}: {said}")).to_owned()
+    };
+    assert!(line("not far").contains("[among 2: p < 0.0001]"), "{said}");
+    assert!(line("holds     other").contains("[among 2: p < 0.0001]"), "{said}");
+    assert!(line("fails     par").contains("[among 2: p < 0.0001]"), "{said}");
+    assert!(line("true").contains("[deterministic; cannot fail]"), "{said}");
+}
+
+#[test]
+fn what_cannot_fail_is_marked() {
+    let claims = "claim \"itself\" : far == far
+    claim \"spread\" : std(far, over: seed) >= 0.0
+    claim \"share\" : share(far < 9.0, over: seed) <= 1.0
+    claim \"could\" : std(far, over: seed) > 0.0
+    claim \"least\" : min(far, over: seed) > 0.0";
+    let spec = format!(
+        "edition \"2026\"
+experiment e {{
+    axis seed = 0..10
+    let data = sample(sinusoids(), n: 5)
+    let far = mean(support_distance(data, at: grid(0.0, 1.0, points: 3)), over: x)
+    {claims}
+}}
+"
+    );
+    let project = Project::with(&[("e.ivx", &spec)]);
+    let said = project.run("claims", "e.ivx", &[]).out;
+    for words in ["itself", "spread", "share"] {
+        assert!(said.contains(&format!("  {words}  [cannot fail]")), "{words}: {said}");
+    }
+    assert!(said.contains("  could\n"), "{said}");
+    assert!(said.contains("  least  [describes these seeds only]"), "{said}");
+}

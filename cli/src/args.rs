@@ -48,6 +48,12 @@ of an earlier run.")]
     /// Say what a run would do: what is known, what would run.
     #[command(after_help = "Example: ivx plan experiments/thesis.ivx --dot | dot -Tsvg > dag.svg")]
     Plan(Plan),
+    /// Say what a spec claims and how it is judged, or which claims changed since they were registered.
+    #[command(after_help = "\
+Examples: ivx claims experiments/thesis.ivx
+          ivx claims experiments/thesis.ivx --since experiments/ivx.lock
+          ivx claims experiments/thesis.ivx --since HEAD~3")]
+    Claims(Claims),
     /// Say why a node is known, or what differs from the nearest earlier record of it.
     #[command(after_help = "\
 Examples: ivx why experiments/thesis.ivx 'overoptimisation/model[seed=0]/member[3]'
@@ -180,8 +186,13 @@ pub(crate) struct Exec {
     /// Keep what this run finds in `ivx.lock`, beside the spec.
     #[arg(long, conflicts_with = "locked")]
     pub(crate) lock: bool,
+    /// Register the claims and what came out in `ivx.lock`, beside the spec: as `--lock`, without the bytes that this
+    /// machine made, so that it can be committed.
+    #[arg(long, conflicts_with_all = ["lock", "locked"])]
+    pub(crate) register: bool,
     /// Fail when this run finds something else than `ivx.lock` has: other bytes on the same
-    /// platform, measures beyond a millionth on another.
+    /// platform, measures beyond a millionth on another; of registered claims another text or verdict, a measure outside
+    /// of its interval, another parameter.
     #[arg(long)]
     pub(crate) locked: bool,
     /// End the run with the first failure.
@@ -199,6 +210,15 @@ pub(crate) struct Check {
 }
 
 #[derive(Debug, clap::Args)]
+pub(crate) struct Claims {
+    #[command(flatten)]
+    pub(crate) spec: Spec,
+    /// What to compare with: a lock, or a revision of git whose lock beside the spec is meant.
+    #[arg(long, value_name = "LOCK|REV")]
+    pub(crate) since: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
 pub(crate) struct Plan {
     #[command(flatten)]
     pub(crate) spec: Spec,
@@ -210,8 +230,12 @@ pub(crate) struct Plan {
     /// Print the graph in Graphviz' language.
     #[arg(long, conflicts_with = "nodes")]
     pub(crate) dot: bool,
+    /// Say what the claims that were judged could tell: the smallest difference, and about how many seeds would tell
+    /// that seen, in four of five cases.
+    #[arg(long, conflicts_with_all = ["nodes", "dot"])]
+    pub(crate) power: bool,
     /// How to say it.
-    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["nodes", "dot"])]
+    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["nodes", "dot", "power"])]
     pub(crate) format: Format,
 }
 

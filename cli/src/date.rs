@@ -11,6 +11,11 @@ pub(crate) fn spell_moment(moment: SystemTime) -> String {
     format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02} UTC")
 }
 
+/// Today, in UTC: `2026-11-25`.
+pub(crate) fn today() -> String {
+    spell_moment(SystemTime::now()).chars().take(10).collect()
+}
+
 /// Year, month and day of so many days after 1970-01-01.
 fn civil(mut days: u64) -> (u64, u64, u64) {
     let is_leap = |year: u64| {

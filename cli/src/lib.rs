@@ -71,6 +71,7 @@ pub fn run(
         Command::Exec(args) => command::exec(args, out, err),
         Command::Check(args) => command::check(args, out, err),
         Command::Plan(args) => command::plan(args, out, err),
+        Command::Claims(args) => command::claims(args, out, err),
         Command::Why(args) => command::why(args, out, err),
         Command::Verify(args) => command::verify(args, out, err),
         Command::Fmt(args) => command::fmt(args, out, err),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ivx_cache::{Cache, Digest, Record};
+use ivx_cache::{Cache, Digest, Output, Record};
 use ivx_op::Registry;
 use petgraph::graph::NodeIndex;
 
@@ -94,6 +94,13 @@ pub fn record_of<'c>(
     node: NodeIndex,
 ) -> Option<&'c Record> {
     known(plan, registry, cache)[node.index()].record
+}
+
+/// The result of each node that is known.
+#[must_use]
+pub fn outputs(plan: &Plan, registry: &Registry, cache: &Cache) -> Vec<Option<Output>> {
+    let known = known(plan, registry, cache).into_iter();
+    known.map(|known| known.record.map(|record| record.output.clone())).collect()
 }
 
 /// Whether the result of each node is known and its bytes are gone.

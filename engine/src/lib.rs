@@ -25,6 +25,7 @@ mod plan;
 mod platform;
 mod pool;
 mod queue;
+mod registration;
 mod results;
 mod schedule;
 mod shift;
@@ -38,7 +39,7 @@ pub use diff::{Change, Flip, diff};
 pub use difference::{Difference, Part};
 pub use event::{Event, Listen, Silence};
 pub use expand::expand;
-pub use foresee::{Foreseen, consult, foresee, gone, record_of, recorded};
+pub use foresee::{Foreseen, consult, foresee, gone, outputs, record_of, recorded};
 pub use key::{explain, key, number_digest};
 pub use lock::{Lock, Locks};
 pub use markdown::code;
@@ -49,9 +50,10 @@ pub use page::{Origin, page};
 pub use petgraph::graph::NodeIndex;
 pub use plan::{Draw, Family, Fed, Plan, Source, Step};
 pub use platform::platform;
+pub use registration::{Registered, Registration};
 pub use results::{
-    Claim, Corrected, ExperimentResults, Measure, Report, Results, Setting, report, settings,
-    wanted,
+    Claim, Corrected, ExperimentResults, Measure, Report, Results, Setting, marks, report,
+    settings, wanted,
 };
 pub use schedule::schedule;
 pub use shift::{Ended, Made, Moved, Root, Shift, shifts};

@@ -8,6 +8,7 @@ use crate::diff::diff;
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::platform::platform;
+use crate::registration::Registration;
 use crate::results::{ExperimentResults, Measure, Results, to_ron};
 
 /// By how much measures may differ from those of another platform, relative to their size.
@@ -33,6 +34,9 @@ pub struct Lock {
     pub nodes: BTreeMap<String, String>,
     /// The measures, by experiment and name.
     pub measures: BTreeMap<String, BTreeMap<String, Measure>>,
+    /// What it claims, and what came out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub registered: Option<Registration>,
 }
 
 impl Locks {
@@ -66,6 +70,19 @@ impl Lock {
             profile: results.profile.clone(),
             nodes: nodes.collect(),
             measures: measures.collect(),
+            registered: None,
+        }
+    }
+
+    /// What it claims and what came out, without the bytes of one machine.
+    #[must_use]
+    pub fn registering(results: &Results, registered: Registration) -> Self {
+        Self {
+            platform: platform(),
+            profile: results.profile.clone(),
+            nodes: BTreeMap::new(),
+            measures: BTreeMap::new(),
+            registered: Some(registered),
         }
     }
 
@@ -81,6 +98,13 @@ impl Lock {
         }
         let tolerance = if self.platform == now.platform { 0.0 } else { TOLERANCE };
         let mut lines = Vec::new();
+        if let (Some(registered), Some(now)) = (&self.registered, &now.registered) {
+            lines.extend(registered.changes(now));
+            lines.extend(registered.moved(now));
+        }
+        if self.nodes.is_empty() {
+            return lines;
+        }
         if self.platform == now.platform {
             for (address, locked) in &self.nodes {
                 match now.nodes.get(address) {
@@ -130,6 +154,7 @@ mod tests {
             profile: None,
             nodes: [("e/x".to_owned(), digest.to_owned())].into(),
             measures: [("e".to_owned(), [("x".to_owned(), measure)].into())].into(),
+            registered: None,
         }
     }
 

@@ -164,7 +164,7 @@ fn beyond(
 
 /// The mean, which is never outside its samples.
 #[expect(clippy::cast_precision_loss, reason = "seeds number far below 2^53")]
-fn mean(samples: &[f64]) -> f64 {
+pub(crate) fn mean(samples: &[f64]) -> f64 {
     let ends = samples
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));

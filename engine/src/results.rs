@@ -176,7 +176,8 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
 }
 
 /// What a reader is to know of a claim.
-fn marks(judged: &Judged) -> Vec<String> {
+#[must_use]
+pub fn marks(judged: &Judged) -> Vec<String> {
     let words = |mark: &Mark| match mark {
         Mark::Deterministic => "deterministic",
         Mark::CannotFail => "cannot fail",

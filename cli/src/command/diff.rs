@@ -1,7 +1,7 @@
 //! `ivx diff`
 
 mod because;
-mod git;
+pub(super) mod git;
 mod json;
 mod markdown;
 mod side;
@@ -203,7 +203,7 @@ fn compare(
 }
 
 /// The 95 % interval of a mean, by the rule of claims.
-fn interval(samples: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn interval(samples: &[f64]) -> Option<(f64, f64)> {
     let is_sound = samples.len() > 1 && samples.iter().all(|x| x.is_finite());
     is_sound.then(|| Evidence::Mean(Spread::of_mean(samples)).shown_interval(0.95))
 }

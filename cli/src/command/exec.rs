@@ -7,25 +7,28 @@ use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Lock, Options, Outcome, Plan, Results, expand, page, platform, report, schedule, wanted,
+    Lock, Options, Outcome, Plan, Registration, Results, expand, page, platform, report, schedule,
+    wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
 
+use super::diff::interval;
 use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
 use super::{Ready, jobs, lock, ready};
+use crate::date::today;
 use crate::ending::{STOP, heeding};
 use crate::found;
 use crate::history::{self, Files, Summary};
 use crate::machine::memory;
-use crate::place;
 use crate::progress::Progress;
 use crate::publish::{RESULTS, in_the_way, publish, refusal};
 use crate::time::now_millis;
 use crate::{FAILED, OK, STOPPED, Trouble, WRONG, args, project, store};
 
+#[expect(clippy::too_many_lines, reason = "one run from its beginning to its end")]
 pub(crate) fn exec(
     args: &args::Exec,
     out: &mut dyn Write,
@@ -38,9 +41,14 @@ pub(crate) fn exec(
     let Some(Target { name, folder, results }) = target(args, &ready, err)? else {
         return Ok(WRONG);
     };
-    let locks = if args.lock || args.locked { Some(lock::read(&spec)?) } else { None };
+    let locks =
+        if args.lock || args.locked || args.register { Some(lock::read(&spec)?) } else { None };
     if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
-        writeln!(err, "error: `{name}` is not in {}: write it with `--lock`", lock::FILE)?;
+        writeln!(
+            err,
+            "error: `{name}` is not in {}: write it with `--lock` or `--register`",
+            lock::FILE
+        )?;
         return Ok(WRONG);
     }
     let Some(mode) = mode(args, err)? else { return Ok(WRONG) };
@@ -124,7 +132,13 @@ pub(crate) fn exec(
     let failed = !report.results.failures.is_empty();
     let mut moved = false;
     if let Some(locks) = locks {
-        let found = Lock::of(&plan, &outcome, &report.results);
+        let registered = Registration::of(&ready.spec, &today()).with(&report.results, interval);
+        let found = if args.register {
+            Lock::registering(&report.results, registered)
+        } else {
+            let found = Lock::of(&plan, &outcome, &report.results);
+            Lock { registered: Some(registered), ..found }
+        };
         if args.locked {
             moved = lock::moved(&locks.specs[&name], &found, out)?;
         } else if !failed {
@@ -151,11 +165,8 @@ fn target(
     ready: &Ready,
     err: &mut dyn Write,
 ) -> Result<Option<Target>, Trouble> {
-    let Ready { spec: ir, loaded, registry, settings, .. } = ready;
-    let variant = place::variant(&loaded.project, registry, settings, ir);
-    let spec = loaded.spec.strip_prefix(&loaded.root).unwrap_or(&loaded.spec);
-    let name = place::name(spec, &variant);
-    let results = project::real(&project::results(&loaded.root));
+    let name = ready.name();
+    let results = project::real(&project::results(&ready.loaded.root));
     let folder = args.out.as_deref().map_or_else(|| results.join(&name), project::real);
     let why = match &args.out {
         Some(_) => refusal(&folder, &results),

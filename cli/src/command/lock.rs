@@ -67,9 +67,15 @@ pub(super) fn write(
     spec: &Path,
     mut locks: Locks,
     name: String,
-    lock: Lock,
+    mut lock: Lock,
 ) -> Result<(), Trouble> {
     locks.format = FORMAT;
+    // A claim that is as it was keeps the date from which it is so.
+    let earlier = locks.specs.get(&name).and_then(|lock| lock.registered.as_ref());
+    lock.registered = lock.registered.map(|registered| match earlier {
+        Some(earlier) => registered.after(earlier),
+        None => registered,
+    });
     locks.specs.insert(name, lock);
     replace(&beside(spec), &locks.to_ron())
 }

@@ -2,6 +2,7 @@
 
 mod cache;
 mod check;
+mod claims;
 mod consent;
 mod diff;
 mod exec;
@@ -14,6 +15,7 @@ mod new;
 mod ops;
 mod origin;
 mod plan;
+mod power;
 mod run_file;
 mod runs;
 mod show;
@@ -33,10 +35,11 @@ use crate::args;
 use crate::load::{Loaded, load};
 use crate::render::{render, visible};
 use crate::set::sets;
-use crate::{Trouble, colours};
+use crate::{Trouble, colours, place};
 
 pub(crate) use cache::cache;
 pub(crate) use check::check;
+pub(crate) use claims::claims;
 pub(crate) use diff::diff;
 pub(crate) use exec::exec;
 pub(crate) use explain::explain;
@@ -57,6 +60,16 @@ struct Ready {
     registry: Registry,
     settings: Settings,
     n_warnings: usize,
+}
+
+impl Ready {
+    /// What its run is called: the spec's path, and what is asked beside the default.
+    fn name(&self) -> String {
+        let Self { spec, loaded, registry, settings, .. } = self;
+        let variant = place::variant(&loaded.project, registry, settings, spec);
+        let path = loaded.spec.strip_prefix(&loaded.root).unwrap_or(&loaded.spec);
+        place::name(path, &variant)
+    }
 }
 
 /// How many nodes run at once: as many as asked for, else one a core. Programs may wait for others,

@@ -8,7 +8,7 @@ use ivx_engine::{Foreseen, Plan, Step, consult, expand, foresee, gone, platform}
 use petgraph::visit::EdgeRef as _;
 use serde_json::{Value, json};
 
-use super::ready;
+use super::{power, ready};
 use crate::args::StoreMode;
 use crate::render::visible;
 use crate::{OK, Trouble, WRONG, args, project, store};
@@ -24,6 +24,10 @@ pub(crate) fn plan(
     store::attach(&args.store, StoreMode::Read, &mut cache, err)?;
     consult(&plan, &ready.registry, &mut cache);
     store::notes(&mut cache, err)?;
+    if args.power {
+        power::write(&ready.spec, &plan, &ready.registry, &cache, out)?;
+        return Ok(OK);
+    }
     let foreseen = foresee(&plan, &ready.registry, &cache);
     let gone = gone(&plan, &ready.registry, &cache);
     if args.format == args::Format::Json {

@@ -35,10 +35,10 @@ pub struct Finding {
     /// nothing is stochastic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p: Option<(f64, f64)>,
-    /// Where it is undecided: the smallest difference that these seeds would have told in four of five cases.
+    /// The smallest difference that so many seeds tell in four of five cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smallest: Option<f64>,
-    /// Where it is undecided: how many seeds would tell the difference seen, in four of five cases.
+    /// About how many seeds tell the difference seen, in four of five cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enough: Option<usize>,
     /// Whether it is undecided only because such differences, skewed or all alike, need more seeds.

@@ -268,6 +268,9 @@ impl Evidence {
     }
 }
 
+/// Fewer seeds decide nothing.
+const FEWEST: usize = 5;
+
 /// With which chance a difference that these seeds could have told would have been told.
 const POWER: f64 = 0.8;
 
@@ -302,11 +305,14 @@ impl Evidence {
         let Self::Mean(spread) = self else { return None };
         if spread.stderr == 0.0 {
             let outside = (1.0 - confidence) / 2.0;
-            return (spread.n..=100_000).find(|n| (1.0 - RARE).powf(real(*n)) <= outside);
+            return (FEWEST..=100_000).find(|n| (1.0 - RARE).powf(real(*n)) <= outside);
         }
         let told = |n: usize| spread.smallest(n, confidence) <= distance.abs();
-        let most = (1..=17).map(|power| 1 << power).find(|n| *n > spread.n && told(*n))?;
-        let (mut few, mut enough) = (spread.n.max(most / 2), most);
+        if told(FEWEST) {
+            return Some(FEWEST);
+        }
+        let most = (3..=17).map(|power| 1 << power).find(|n| told(*n))?;
+        let (mut few, mut enough) = (FEWEST.max(most / 2), most);
         while enough - few > 1 {
             let half = few.midpoint(enough);
             if told(half) { enough = half } else { few = half }

@@ -23,7 +23,7 @@ declare! {
     /// tests), `>=` and `<=` whether it is not worse by more than `t`. Without seeds the numbers compare plainly. Equal
     /// infinities do not differ. Sides that rest on fewer than 5 seeds decide nothing either, and neither does what is not
     /// a number. Where differences are infinite there may be no interval.
-    pub struct Claim = "claim" @ 7 -> Verdict {
+    pub struct Claim = "claim" @ 8 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -218,7 +218,7 @@ impl Claim {
         let estimate = evidence.estimate() - bound;
         let p = Some((holds, fails)).filter(|(holds, fails)| !holds.is_nan() && !fails.is_nan());
         let finding = Finding { outcome, estimate, interval, p, ..finding };
-        if outcome != Outcome::Undecided || interval.is_none() {
+        if interval.is_none() {
             return finding;
         }
         let edges: Vec<f64> = relation.edges(bound, self.within);
@@ -227,7 +227,8 @@ impl Claim {
         Finding {
             smallest: evidence.smallest(self.confidence),
             enough: evidence.seeds_to_tell(distance, self.confidence),
-            too_few: edges.iter().all(|edge| evidence.plain_tells(*edge, self.confidence)),
+            too_few: outcome == Outcome::Undecided
+                && edges.iter().all(|edge| evidence.plain_tells(*edge, self.confidence)),
             ..finding
         }
     }

@@ -46,6 +46,16 @@ pub(super) fn at(root: &Path, revision: &str) -> Revision {
     Revision::Known { commit, found }
 }
 
+/// The text of a file as it is at a revision; none if either is not known.
+pub(in super::super) fn file(root: &Path, revision: &str, path: &Path) -> Option<String> {
+    if revision.starts_with('-') {
+        return None;
+    }
+    let path = path.strip_prefix(root).ok()?.to_str()?;
+    let blob = format!("{revision}:./{}", path.replace('\\', "/"));
+    git(root, ["cat-file", "blob", &blob])
+}
+
 /// What git says; nothing if it fails or is not there.
 fn git<S: AsRef<OsStr>>(root: &Path, args: impl IntoIterator<Item = S>) -> Option<String> {
     let mut git = Command::new("git");
