@@ -1,6 +1,7 @@
 //! Tests that cross the boundaries of ivx's crates.
 
 mod addresses;
+mod aggregates;
 mod archives;
 mod cases;
 mod claims;

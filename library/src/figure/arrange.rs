@@ -3,6 +3,7 @@
 use ivx_op::{Array, Dim, Everything, Facts, Labels, OpError, Wrong};
 
 use super::interval::{Estimate, interval};
+use crate::metric::{END, ENDS};
 
 /// The axis of replications, over which figures show the mean and its interval.
 const SEED: &str = "seed";
@@ -18,7 +19,7 @@ pub(super) struct Arranged {
     pub(super) rest: Vec<Dim>,
     /// The dimensions asked for inside.
     pub(super) inner: Vec<Dim>,
-    /// Whether each cell is the mean over seeds.
+    /// Whether each cell is the mean over seeds, or another number with an interval.
     pub(super) over_seed: bool,
     /// One estimate a coordinate, last dimension fastest.
     pub(super) cells: Vec<Estimate>,
@@ -46,7 +47,13 @@ pub(super) fn arrange(
         return Err(given_twice(&array.dims[twice].name));
     }
     let named = |d: &usize| outer.contains(d) || inner.contains(d);
-    let seed = array.dim(SEED).filter(|d| !named(d));
+    let own = |name: &str| array.dim(name).filter(|d| !named(d));
+    // A number that brings its interval along needs none of seeds.
+    let is_end = |d: &usize| {
+        (0..3).all(|i| array.dims[*d].len() == 3 && array.dims[*d].labels.text(i) == ENDS[i])
+    };
+    let ends = own(END).filter(is_end);
+    let seed = if ends.is_some() { ends } else { own(SEED) };
     let rest: Vec<usize> =
         (0..array.dims.len()).filter(|d| !named(d) && Some(*d) != seed).collect();
 
@@ -60,7 +67,13 @@ pub(super) fn arrange(
         rest: dims(&rest),
         inner: dims(&inner),
         over_seed: seed.is_some(),
-        cells: values.chunks(n_seeds).map(interval).collect(),
+        cells: if ends.is_some() {
+            let cell =
+                |ends: &[f64]| Estimate { mean: ends[0], interval: Some((ends[1], ends[2])) };
+            values.chunks(n_seeds).map(cell).collect()
+        } else {
+            values.chunks(n_seeds).map(interval).collect()
+        },
     })
 }
 
@@ -111,7 +124,8 @@ pub(super) fn left_over(
     let named = named.iter().flat_map(|arg| facts.arg::<Vec<String>>(arg).unwrap_or_default());
     let named: Vec<String> = named.collect();
     for over in facts.over.get(value).into_iter().flatten() {
-        let mut rest = over.iter().filter(|name| *name != SEED && !named.contains(name));
+        let mut rest =
+            over.iter().filter(|name| *name != SEED && *name != END && !named.contains(name));
         if let Some(name) = rest.nth(n) {
             let message = format!("`{value}` also varies over `{name}`");
             return Err(Wrong { arg: value, message, help: rid_of(name, remedy) });

@@ -48,14 +48,19 @@ impl Aggregate {
     pub fn of(scores: &[Vec<f64>]) -> Self {
         let all = scores.concat();
         let means: Vec<f64> = tasks(scores).iter().map(|task| mean(task)).collect();
-        let short: Vec<f64> = all.iter().map(|x| 1.0 - x.min(1.0)).collect();
         Self {
             mean: mean(&all),
             median: median(&means),
             iqm: iqm(&all),
-            optimality_gap: mean(&short),
+            optimality_gap: shortfall(&all, 1.0),
         }
     }
+}
+
+/// How far scores fall short of a target, on average; what is above it does not count.
+#[must_use]
+pub fn shortfall(scores: &[f64], target: f64) -> f64 {
+    mean(&scores.iter().map(|x| target - x.min(target)).collect::<Vec<_>>())
 }
 
 /// The probability that a run of the first is above one of the second, averaged over tasks.

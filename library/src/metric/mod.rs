@@ -7,9 +7,12 @@ mod claim;
 mod equivalent;
 mod field;
 mod gap;
+mod improvement;
 mod jensen_shannon;
 mod mixture_std;
 mod nll;
+mod optimality_gap;
+mod profile;
 mod published;
 mod quantile;
 mod reduce;
@@ -18,6 +21,7 @@ mod resample;
 mod rmse;
 mod select;
 mod sort;
+mod stratified;
 
 use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
@@ -27,9 +31,12 @@ pub use claim::Claim;
 pub use equivalent::Equivalent;
 pub use field::Field;
 pub use gap::{Hallucination, Regret};
+pub use improvement::Improvement;
 pub use jensen_shannon::JensenShannon;
 pub use mixture_std::MixtureStd;
 pub use nll::Nll;
+pub use optimality_gap::OptimalityGap;
+pub use profile::PerformanceProfile;
 pub use published::PublishedNumbers;
 pub use quantile::Quantile;
 pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
@@ -37,6 +44,8 @@ pub use resample::Resample;
 pub use rmse::Rmse;
 pub use select::Select;
 pub use sort::Sort;
+pub use stratified::Stratified;
+pub(crate) use stratified::{END, ENDS};
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
@@ -53,6 +62,10 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Min>()
         .op::<Max>()
         .op::<Quantile>()
+        .op::<OptimalityGap>()
+        .op::<Stratified>()
+        .op::<PerformanceProfile>()
+        .op::<Improvement>()
         .op::<JensenShannon>()
         .op::<Sort>()
         .op::<Add>()
