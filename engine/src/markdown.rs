@@ -18,6 +18,10 @@ pub(crate) fn markdown(spec: &Spec, report: &Report) -> String {
     let results = &report.results;
     let mut page = vec![format!("# {}", plain(&results.spec))];
     page.extend(results.profile.as_ref().map(|profile| format!("Profile {}.", code(profile))));
+    page.extend(list(
+        "## Differs from its source",
+        results.differs.iter().map(|words| plain(words)),
+    ));
     page.extend(list("## Parameters", spec.params.iter().map(parameter)));
     for experiment in &spec.experiments {
         let found = &results.experiments[&experiment.name];

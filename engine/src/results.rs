@@ -26,6 +26,9 @@ pub struct Results {
     pub profile: Option<String>,
     /// Parameters of files.
     pub params: BTreeMap<String, Setting>,
+    /// How these differ from their source, in their author's words, and in which sizes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub differs: Vec<String>,
     /// By name.
     pub experiments: BTreeMap<String, ExperimentResults>,
     /// Nodes that failed, and why.
@@ -129,10 +132,11 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     name.clone_into(&mut results.spec);
     results.profile.clone_from(&spec.profile);
     results.params = settings(&spec.params);
+    results.differs = differs(&[], &spec.params);
     for experiment in &spec.experiments {
         let mut found = ExperimentResults {
             params: settings(&experiment.params),
-            differs: differs(spec, experiment),
+            differs: differs(&experiment.deviations, &experiment.params),
             ..ExperimentResults::default()
         };
         for measure in &experiment.measures {

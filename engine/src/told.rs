@@ -1,6 +1,6 @@
 //! What is told of a claim beside its verdict, in words.
 
-use ivx_grammar::ir::{Experiment, Spec};
+use ivx_grammar::ir::Param;
 use ivx_op::{Finding, Outcome as Verdict, shown};
 
 use crate::results::Claim;
@@ -11,23 +11,24 @@ pub fn notes(claim: &Claim) -> Vec<String> {
     let mut notes = claim.marks.clone();
     if let Some(corrected) = claim.corrected.filter(|corrected| corrected.of > 1) {
         let (adjusted, n) = (level(corrected.adjusted), corrected.of);
-        let verdict = match claim.outcome {
-            Some(outcome) if outcome != corrected.outcome => format!("{}, ", corrected.outcome),
-            _ => String::new(),
-        };
-        notes.push(format!("among {n}: {verdict}p {adjusted}"));
+        notes.push(match claim.outcome {
+            Some(outcome) if outcome != corrected.outcome => {
+                format!("{} among {n} claims, p {adjusted}", corrected.outcome)
+            }
+            _ => format!("among {n}: p {adjusted}"),
+        });
     }
     notes
 }
 
-/// How an experiment differs from its source: what its author says, and the sizes that were set otherwise.
-pub(crate) fn differs(spec: &Spec, experiment: &Experiment) -> Vec<String> {
-    let mut differs = experiment.deviations.clone();
-    let all = || experiment.params.iter().chain(&spec.params);
-    for param in all() {
+/// How something differs from its source: what its author says of it and of its parameters, and the sizes that were set
+/// otherwise.
+pub(crate) fn differs(deviations: &[String], params: &[Param]) -> Vec<String> {
+    let mut differs = deviations.to_vec();
+    for param in params {
         differs.extend(param.deviations.iter().map(|words| format!("{}: {words}", param.name)));
     }
-    let sizes = all().filter(|param| param.value != param.default);
+    let sizes = params.iter().filter(|param| param.value != param.default);
     let sizes =
         sizes.map(|param| format!("{} = {} for {}", param.name, param.value, param.default));
     let sizes: Vec<String> = sizes.collect();
@@ -76,7 +77,6 @@ fn round(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use ivx_grammar::ir::Param;
     use ivx_op::Lit;
 
     use super::*;
@@ -114,7 +114,10 @@ mod tests {
             marks: vec!["by t".to_owned()],
             ..Claim::default()
         };
-        assert_eq!(notes(&claim(Verdict::Undecided)), ["by t", "among 3: undecided, p = 0.06"]);
+        assert_eq!(
+            notes(&claim(Verdict::Undecided)),
+            ["by t", "undecided among 3 claims, p = 0.06"]
+        );
         assert_eq!(notes(&claim(Verdict::Holds)), ["by t", "among 3: p = 0.06"]);
     }
 
@@ -128,12 +131,8 @@ mod tests {
             default: Lit::Int(64),
             deviations: words.iter().map(ToString::to_string).collect(),
         };
-        let experiment = Experiment {
-            deviations: vec!["a finer grid".to_owned()],
-            params: vec![param("members", 16, &["fewer, since it is slow"]), param("n", 64, &[])],
-            ..Experiment::default()
-        };
-        let told = differs(&Spec::default(), &experiment);
+        let params = [param("members", 16, &["fewer, since it is slow"]), param("n", 64, &[])];
+        let told = differs(&["a finer grid".to_owned()], &params);
         let expected = [
             "a finer grid",
             "members: fewer, since it is slow",

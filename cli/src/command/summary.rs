@@ -21,9 +21,15 @@ pub(super) fn write(
     took: Duration,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    for experiment in spec.experiments.iter().filter(|experiment| !experiment.claims.is_empty()) {
-        writeln!(out, "{}", experiment.name)?;
+    for words in &results.differs {
+        writeln!(out, "differs     {}", visible(words))?;
+    }
+    for experiment in &spec.experiments {
         let found = &results.experiments[&experiment.name];
+        if experiment.claims.is_empty() && found.differs.is_empty() {
+            continue;
+        }
+        writeln!(out, "{}", experiment.name)?;
         for words in &found.differs {
             writeln!(out, "  differs   {}", visible(words))?;
         }

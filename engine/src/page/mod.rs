@@ -43,6 +43,7 @@ pub fn page(
     body.push(r#"<main id="main">"#.to_owned());
     body.push(claims::table(spec, report));
     body.extend(failures(report));
+    body.extend(section::differs(&report.results.differs));
     body.extend(section::shared(spec));
     for (i, experiment) in spec.experiments.iter().enumerate() {
         body.push(section::section(spec, i, experiment, (plan, outcome), report));

@@ -29,7 +29,7 @@ pub(super) fn section(
         format!("<section id=\"e{place}\"><h2>{}</h2>", escape(&experiment.name)),
         prose(&experiment.docs),
     ];
-    out.extend(differs(found));
+    out.extend(differs(&found.differs));
     let mut shows = Vec::new();
     for figure in &experiment.figures {
         let svg = report.files.get(&path(FIGURES, &figure.name, "svg"));
@@ -131,10 +131,10 @@ fn param(Param { name, docs, value, by, .. }: &Param) -> String {
     )
 }
 
-/// How an experiment differs from its source.
-fn differs(found: &ExperimentResults) -> Option<String> {
+/// How something differs from its source.
+pub(super) fn differs(differs: &[String]) -> Option<String> {
     let each: Vec<String> =
-        found.differs.iter().map(|words| format!("<li>{}</li>", escape(words))).collect();
+        differs.iter().map(|words| format!("<li>{}</li>", escape(words))).collect();
     let list = each.concat();
     (!each.is_empty()).then(|| {
         format!("<div class=\"differs\"><b>Differs from its source</b><ul>{list}</ul></div>")

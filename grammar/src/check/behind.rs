@@ -24,6 +24,8 @@ pub(super) struct OfThese;
 pub(super) struct Behind {
     done: BTreeMap<ExprId, ExprId>,
     pub(super) leaves: BTreeSet<ExprId>,
+    /// Whether seeds vanish in means, or in other reductions than medians and quantiles.
+    pub(super) averages: bool,
 }
 
 impl Checker<'_> {
@@ -124,6 +126,7 @@ impl Checker<'_> {
         span: Span,
     ) -> ExprId {
         behind.leaves.insert(id);
+        behind.averages = true;
         let seed = self.seed_in(&expr.axes);
         let feed = Feed { gathered: seed.into_iter().collect(), labelled: true, ..Feed::one(id) };
         let op = Op {
@@ -166,6 +169,7 @@ impl Checker<'_> {
             ("along".to_owned(), Desc::Lit(Lit::List(along.collect()))),
             ("q".to_owned(), q),
         ]);
+        behind.averages |= !matches!(op.name.as_str(), "median" | "quantile");
         behind.leaves.insert(feed.expr);
         let seed = self.seed_in(&self.spec.expr(feed.expr).axes);
         let mut gathered = feed.gathered.clone();
@@ -227,6 +231,7 @@ impl Checker<'_> {
         if let Some(op) = self.reduced_where_drawn(op, behind) {
             return Ok(op);
         }
+        behind.averages |= self.loses_here(expr);
         let mut op = op.clone();
         let mut renamed: BTreeMap<String, String> = BTreeMap::new();
         for (_, feeds) in &mut op.ports {

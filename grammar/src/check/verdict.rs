@@ -14,6 +14,9 @@ use crate::{Code, Diagnostic, Span};
 /// The method for shares of seeds, which no spec asks for by name.
 const BINOMIAL: &str = "binomial";
 
+/// The method for medians and quantiles.
+const QUANTILES: &str = "quantiles";
+
 /// What the operation that judges is given.
 struct Sides {
     relation: BinaryOp,
@@ -107,7 +110,9 @@ impl Checker<'_> {
         let mut behind = Behind::default();
         let [left, right] = plain.ids.map(|id| self.resampled(id, &mut behind, span));
         if let (Ok(left), Ok(right)) = (left, right) {
-            return Sides { ids: [left, right], behind: behind.leaves, ..plain };
+            let quantiles = judged.by.is_empty() && !behind.averages;
+            let by = if quantiles { QUANTILES.to_owned() } else { plain.by };
+            return Sides { ids: [left, right], behind: behind.leaves, by, ..plain };
         }
         judged.marks.insert(Mark::OfTheseSeeds);
         plain

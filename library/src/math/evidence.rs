@@ -29,8 +29,16 @@ pub enum Evidence {
         /// Trials.
         n: usize,
     },
-    /// A number and what it is of resamples, sorted: by their percentiles.
-    Percentiles(f64, Vec<f64>),
+    /// A number and what it is of resamples, sorted: by their percentiles. No level is below that of as many coins, since
+    /// so few seeds know no more.
+    Percentiles {
+        /// The number.
+        estimate: f64,
+        /// Sorted.
+        resamples: Vec<f64>,
+        /// How many seeds there are.
+        n: usize,
+    },
     /// The sorted means of all pairs of differences, by Wilcoxon's signed ranks: of a symmetric distribution.
     Ranks {
         /// The median of the means of pairs.
@@ -164,13 +172,13 @@ impl Evidence {
             mean(&drawn)
         };
         let means: Vec<f64> = (0..N_RESAMPLES).map(&mut one).collect();
-        Self::percentiles(mean(xs), &means)
+        Self::percentiles(mean(xs), &means, xs.len())
     }
 
     /// Of a number made of all seeds, by the percentiles of what it is of resamples of them.
     #[must_use]
-    pub fn percentiles(estimate: f64, resamples: &[f64]) -> Self {
-        Self::Percentiles(estimate, sorted(resamples))
+    pub fn percentiles(estimate: f64, resamples: &[f64], n: usize) -> Self {
+        Self::Percentiles { estimate, resamples: sorted(resamples), n }
     }
 
     /// Of the centre of a symmetric distribution by signed ranks.
@@ -192,7 +200,7 @@ impl Evidence {
         match self {
             Self::Mean(spread) => spread.estimate,
             Self::Share { k, n } => real(*k) / real(*n),
-            Self::Percentiles(estimate, _) => *estimate,
+            Self::Percentiles { estimate, .. } => *estimate,
             Self::Ranks { centre, .. } => *centre,
         }
     }
@@ -208,7 +216,10 @@ impl Evidence {
         match self {
             Self::Mean(spread) => spread.interval(confidence),
             Self::Share { k, n } => clopper_pearson(*k, *n, outside),
-            Self::Percentiles(_, resamples) => (
+            Self::Percentiles { n, .. } if 0.5_f64.powf(real(*n)) > outside => {
+                (f64::NEG_INFINITY, f64::INFINITY)
+            }
+            Self::Percentiles { resamples, .. } => (
                 quantile_of_sorted(resamples, outside),
                 quantile_of_sorted(resamples, 1.0 - outside),
             ),
@@ -235,10 +246,11 @@ impl Evidence {
                 _ if bound <= 0.0 => 1.0,
                 _ => Binomial::new(bound, *n as u64).map_or(f64::NAN, |law| law.cdf(*k as u64)),
             },
-            Self::Percentiles(_, resamples) => {
+            Self::Percentiles { resamples, n, .. } => {
                 let wrong =
                     resamples.iter().filter(|x| if or_equal { **x > bound } else { **x >= bound });
-                (real(wrong.count()) + 1.0) / (real(resamples.len()) + 1.0)
+                let share = (real(wrong.count()) + 1.0) / (real(resamples.len()) + 1.0);
+                share.max(0.5_f64.powf(real(*n)))
             }
             Self::Ranks { pairs, n, .. } => {
                 let above =
@@ -256,8 +268,9 @@ impl Evidence {
             Self::Share { k, n } => {
                 return Self::Share { k: n - k, n: *n }.p_below(1.0 - bound, or_equal);
             }
-            Self::Percentiles(estimate, xs) => {
-                Self::Percentiles(-estimate, xs.iter().rev().map(|x| -x).collect())
+            Self::Percentiles { estimate, resamples, n } => {
+                let resamples = resamples.iter().rev().map(|x| -x).collect();
+                Self::Percentiles { estimate: -estimate, resamples, n: *n }
             }
             Self::Ranks { centre, pairs, n } => {
                 let pairs = pairs.iter().rev().map(|x| -x).collect();

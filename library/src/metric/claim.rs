@@ -23,7 +23,7 @@ declare! {
     /// tests), `>=` and `<=` whether it is not worse by more than `t`. Without seeds the numbers compare plainly. Equal
     /// infinities do not differ. Sides that rest on fewer than 5 seeds decide nothing either, and neither does what is not
     /// a number. Where differences are infinite there may be no interval.
-    pub struct Claim = "claim" @ 8 -> Verdict {
+    pub struct Claim = "claim" @ 9 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -34,7 +34,8 @@ declare! {
         confidence: f64 = 0.95, in 0.5..=1.0;
         /// How far apart the sides of `==` may be, or how much worse the left one, in their unit.
         within: f64 = 0.0, in 0.0..;
-        /// How the interval is found: `tails`, `t`, `bootstrap` or `wilcoxon`; `binomial` where the left side is a condition
+        /// How the interval is found: `tails`, `t`, `bootstrap` or `wilcoxon`; `quantiles` where what is compared is made of
+        /// medians and quantiles over seeds; `binomial` where the left side is a condition
         /// and the right one the share of seeds at which it is true.
         by: String = "tails";
         /// How many seeds the sides rest on, by the side with fewer; 0 where nothing draws or it is not known.
@@ -90,8 +91,8 @@ impl Op for Claim {
                 return self.all_equal(relation, &values, finding);
             }
             let evidence = match self.by.as_str() {
-                "bootstrap" if resampled => {
-                    Evidence::percentiles(values[0], &values[1..=N_RESAMPLES])
+                "bootstrap" | "quantiles" if resampled => {
+                    Evidence::percentiles(values[0], &values[1..=N_RESAMPLES], n)
                 }
                 by if resampled => {
                     let (draws, exchanged) = values[1..].split_at(N_RESAMPLES);
@@ -115,13 +116,16 @@ impl Op for Claim {
 
 fn known_method(facts: &Facts<'_>) -> Result<(), Wrong> {
     let by = facts.arg::<String>("by").unwrap_or_default();
-    if ["", "tails", "t", "bootstrap", "wilcoxon", "binomial"].contains(&by.as_str()) {
+    if ["", "tails", "t", "bootstrap", "wilcoxon", "binomial", "quantiles"].contains(&by.as_str()) {
         return Ok(());
     }
     let help =
         "say `by \"t\"`, `by \"bootstrap\"` or `by \"wilcoxon\"`, or leave it out".to_owned();
     Err(Wrong { arg: "by", message: format!("no interval of a claim is called {by:?}"), help })
 }
+
+/// So many seeds are foreseen at most.
+const MOST_FORESEEN: usize = 2000;
 
 /// How far the left side is above the right: equal infinities do not differ.
 fn difference(left: f64, right: f64) -> f64 {
@@ -193,8 +197,18 @@ impl Claim {
             return self.judged(relation, &evidence, bound, finding);
         }
         let k = conditions.iter().filter(|x| **x == 1.0).count();
-        let evidence = Evidence::Share { k, n: conditions.len() };
-        self.judged(relation, &evidence, bound, finding)
+        let n = conditions.len();
+        let found = self.judged(relation, &Evidence::Share { k, n }, bound, finding);
+        if found.outcome != Outcome::Undecided {
+            return found;
+        }
+        // How many seeds of which as large a share are successes would decide it.
+        let decides = |more: &usize| {
+            let (holds, fails) =
+                relation.p(&Evidence::Share { k: k * more / n, n: *more }, bound, self.within);
+            holds.min(fails) <= 1.0 - self.confidence
+        };
+        Finding { enough: (n + 1..=MOST_FORESEEN).find(decides), ..found }
     }
 
     /// The finding from what was seen of a number that is compared with `bound`.
@@ -212,7 +226,11 @@ impl Claim {
             () if fails <= level => Outcome::Fails,
             () => Outcome::Undecided,
         };
-        let (low, high) = evidence.shown_interval(self.confidence);
+        // Where an end that lies far away decides it, this end is what is to be seen.
+        let (low, high) = match outcome {
+            Outcome::Undecided => evidence.shown_interval(self.confidence),
+            _ => evidence.interval(self.confidence),
+        };
         let interval =
             Some((low - bound, high - bound)).filter(|(low, high)| !low.is_nan() && !high.is_nan());
         let estimate = evidence.estimate() - bound;
