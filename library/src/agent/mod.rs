@@ -11,6 +11,7 @@ mod policy_gradient;
 mod q_ensemble;
 mod reach;
 mod tabular;
+pub mod tabular_loss;
 mod without;
 mod world;
 

@@ -4,11 +4,12 @@ use ivx_op::{Array, Ctx, Dim, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
+use super::tabular_loss::{Steps, expected_sarsa_loss, reward_loss, transition_loss};
 use crate::artifact::Rollouts;
 use crate::math::moments::real;
 use crate::math::tabular::probabilities;
 use crate::nn::optim::Pull;
-use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Real as _, Shape, Turns, Var};
+use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Real as _, Turns, Var};
 
 macro_rules! tables {
     ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal [$($dim:ident),+] { $($own:tt)* })+) => {$(
@@ -76,19 +77,8 @@ impl Op for TabularValues {
             return Err(OpError::Failed(why.to_owned()));
         }
         let policy = self.policy.values.iter().map(|p| f32::of(*p)).collect();
-        let loss = |graph: &Graph<f32>, [table, policy]: [ParamId; 2], steps: &Steps| {
-            let follows = graph.still(|| {
-                let next = column(graph, &steps.next);
-                let (q, policy) = (graph.embedding(next, table), graph.embedding(next, policy));
-                graph.sum_items(graph.mul(q, policy))
-            });
-            // Nothing follows the end of an episode.
-            let follows = graph.mul(follows, column(graph, &steps.goes_on));
-            let rewards = column(graph, &steps.rewards);
-            let target = graph.add(rewards, graph.affine(follows, self.discount, 0.0));
-            let q = graph.embedding(column(graph, &steps.states), table);
-            let tried = graph.pick(q, column(graph, &steps.actions));
-            graph.mean(graph.square(graph.sub(tried, target)))
+        let loss = |graph: &Graph<f32>, tables: [ParamId; 2], steps: &Steps<f32>| {
+            expected_sarsa_loss(graph, tables, self.discount, steps)
         };
         let shape = [self.from.n_states, self.from.actions.len()];
         let values = self.learning().table(shape, policy, ctx, loss)?;
@@ -99,9 +89,8 @@ impl Op for TabularValues {
 impl Op for TabularModel {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
         let (n, width) = (self.from.n_states, self.from.actions.len());
-        let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps| {
-            let logits = graph.embedding(column(graph, &steps.pairs), table);
-            graph.mean(graph.cross_entropy(logits, column(graph, &steps.next)))
+        let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps<f32>| {
+            transition_loss(graph, table, steps)
         };
         let logits = self.learning().table([n * width, n], Vec::new(), ctx, loss)?;
         let mut dims = self.from.pairs();
@@ -112,18 +101,13 @@ impl Op for TabularModel {
 
 impl Op for TabularRewards {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps| {
-            let rewards = graph.embedding(column(graph, &steps.pairs), table);
-            graph.mean(graph.square(graph.sub(rewards, column(graph, &steps.rewards))))
+        let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps<f32>| {
+            reward_loss(graph, table, steps)
         };
         let n_pairs = self.from.n_states * self.from.actions.len();
         let values = self.learning().table([n_pairs, 1], Vec::new(), ctx, loss)?;
         Ok(Array { dims: self.from.pairs(), values })
     }
-}
-
-fn column(graph: &Graph<f32>, values: &[f32]) -> Var {
-    graph.input(Shape::vectors(values.len(), 1), values)
 }
 
 /// How a table is learned.
@@ -136,20 +120,7 @@ struct Learning<'a> {
     bootstrap: bool,
 }
 
-/// Steps of episodes, by what is known of each. States and actions are places, as tables take them.
-#[derive(Default)]
-struct Steps {
-    states: Vec<f32>,
-    actions: Vec<f32>,
-    /// The place of state and action together.
-    pairs: Vec<f32>,
-    rewards: Vec<f32>,
-    next: Vec<f32>,
-    /// 1, or 0 where the episode ended.
-    goes_on: Vec<f32>,
-}
-
-impl Steps {
+impl Steps<f32> {
     fn of(rollouts: &Rollouts) -> Self {
         let mut all = Self::default();
         for e in &rollouts.episodes {
@@ -196,7 +167,7 @@ impl Learning<'_> {
         shape: [usize; 2],
         given: Vec<f32>,
         ctx: &Ctx,
-        loss: impl Fn(&Graph<f32>, [ParamId; 2], &Steps) -> Var,
+        loss: impl Fn(&Graph<f32>, [ParamId; 2], &Steps<f32>) -> Var,
     ) -> Result<Vec<f64>, OpError> {
         let member = self.member.to_string();
         let mut all = Steps::of(self.from);

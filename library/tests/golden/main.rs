@@ -2,6 +2,7 @@
 
 mod bayes;
 mod bellman;
+mod claimed;
 mod decision;
 mod disagreement;
 mod gaps;

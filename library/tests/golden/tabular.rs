@@ -1,11 +1,11 @@
 //! Learning with a number for everything in a square of 5 × 5 cells, and where policies lead in it.
 
+use ivx_library::agent::tabular_loss::{Steps, expected_sarsa_loss, td_errors, transition_loss};
 use ivx_library::env::{Env as _, Gridworld};
 use ivx_library::math::markov_chain::{hits, induced, occupancy};
 use ivx_library::math::moments::real;
-use ivx_library::math::tabular::{
-    Transition, expected_sarsa_loss, most_likely, td_errors, transition_counts, transition_loss,
-};
+use ivx_library::math::tabular::{Transition, most_likely, transition_counts};
+use ivx_library::nn::{Graph, Params};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, number, numbers, rows, text};
@@ -76,21 +76,38 @@ fn most_likely_model(case: &Case, path: &[&str]) -> Option<Value> {
     }
 }
 
+/// The steps as the learners see them.
+fn steps(rows: &[Vec<f64>]) -> Steps<f64> {
+    let mut steps = Steps::default();
+    for row in rows {
+        steps.states.push(row[0]);
+        steps.actions.push(row[1]);
+        steps.pairs.push(row[0] * real(SIZES.1) + row[1]);
+        steps.rewards.push(if row.len() == 4 { row[2] } else { 0.0 });
+        steps.next.push(row[row.len() - 1]);
+        steps.goes_on.push(1.0);
+    }
+    steps
+}
+
 fn expected_sarsa(case: &Case, path: &[&str]) -> Option<Value> {
     let inputs = &case.inputs;
     assert_eq!(text(&inputs["policy"]), "uniform");
-    let (q, policy) = (rows(&inputs["Q"]).concat(), vec![0.25; 100]);
-    let batch = transitions(&rows(&inputs["batch_s_a_r_s2"]));
+    let mut params = Params::default();
+    let shape = || vec![SIZES.0, SIZES.1];
+    let q = params.add("q".to_owned(), shape(), rows(&inputs["Q"]).concat());
+    let policy = params.add_fixed("policy".to_owned(), shape(), vec![0.25; SIZES.0 * SIZES.1]);
+    let (graph, steps) = (Graph::new(params), steps(&rows(&inputs["batch_s_a_r_s2"])));
     let discount = number(&inputs["gamma"]);
-    let loss = expected_sarsa_loss(&q, &policy, 4, discount, &batch);
+    let errors = td_errors(&graph, [q, policy], discount, &steps);
+    let loss = expected_sarsa_loss(&graph, [q, policy], discount, &steps);
+    let (errors, value) = (graph.value(errors), graph.scalar(loss));
+    graph.backward(loss);
+    let params = graph.params();
     match path {
-        // Theirs are how far the values lie above the targets.
-        ["td"] => {
-            let errors = td_errors(&q, &policy, 4, discount, &batch);
-            Some(json!(errors.iter().map(|error| -error).collect::<Vec<f64>>()))
-        }
-        ["loss"] => Some(json!(loss.value)),
-        ["grad"] => Some(json!(loss.gradient.chunks(4).collect::<Vec<_>>())),
+        ["td"] => Some(json!(errors)),
+        ["loss"] => Some(json!(value)),
+        ["grad"] => Some(json!(params.grad(q)?.chunks(SIZES.1).collect::<Vec<_>>())),
         _ => None,
     }
 }
@@ -105,11 +122,16 @@ fn model_loss(case: &Case, path: &[&str]) -> Option<Value> {
     for (key, values) in case.inputs["logits_rows"].as_object()? {
         logits[row(key)?..][..25].copy_from_slice(&numbers(values));
     }
-    let batch = transitions(&rows(&case.inputs["batch_s_a_s2"]));
-    let loss = transition_loss(&logits, SIZES, &batch);
+    let mut params = Params::default();
+    let logits = params.add("logits".to_owned(), vec![25 * 4, 25], logits);
+    let graph = Graph::new(params);
+    let loss = transition_loss(&graph, logits, &steps(&rows(&case.inputs["batch_s_a_s2"])));
+    let value = graph.scalar(loss);
+    graph.backward(loss);
+    let params = graph.params();
     match path {
-        ["nll"] => Some(json!(loss.value)),
-        ["grad_rows", key] => Some(json!(loss.gradient[row(key)?..][..25])),
+        ["nll"] => Some(json!(value)),
+        ["grad_rows", key] => Some(json!(params.grad(logits)?[row(key)?..][..25])),
         _ => None,
     }
 }
