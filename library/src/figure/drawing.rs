@@ -87,6 +87,8 @@ pub enum Mark {
         /// What is there.
         value: String,
     },
+    /// A frame around the unit square about `(x, y)`.
+    Frame(f64, f64),
     /// Text centred on `(x, y)`, just above it.
     Text(f64, f64, String),
 }

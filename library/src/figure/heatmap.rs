@@ -1,8 +1,8 @@
 //! Colours over a grid.
 
 use ivx_op::{
-    Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Wrong, declare, shown_roughly,
-    shown_to,
+    Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Word, Wrong, declare,
+    shown_roughly, shown_to,
 };
 
 use super::arrange::{Arranged, arrange, labels, left_over, names};
@@ -16,7 +16,7 @@ declare! {
     ///
     /// Without `y`, the labels of `x` are laid out as the places of a grid, row after row from the top. A
     /// cell whose value is not finite is crossed out.
-    pub struct Heatmap = "heatmap" @ 4 -> Figure {
+    pub struct Heatmap = "heatmap" @ 5 -> Figure {
         /// What the colours say.
         z: Everything<Array>;
         /// The axis along the bottom; alone, the places of a grid.
@@ -28,6 +28,8 @@ declare! {
         /// How many places of a grid a row has; where 0, as many as there are rows if that is possible, and
         /// else all of them.
         columns: u64 = 0;
+        /// Labels of `x` whose cells have a frame.
+        marked: Vec<Word> = Vec::<i64>::new();
         /// What the first and the last colour are: the lowest and the highest value of all (`shared`), or of
         /// each panel (`panel`), where equal values have the first.
         scale: String = "shared";
@@ -116,7 +118,16 @@ impl Heatmap {
                 value: texts[i].clone(),
             }
         };
-        means.iter().enumerate().map(cell).collect()
+        let cells: Vec<Mark> = means.iter().enumerate().map(cell).collect();
+        let inner = labels(&all.inner);
+        let is_marked =
+            |i: &usize| self.marked.iter().any(|Word(label)| *label == inner[i % inner.len()]);
+        let frames = (0..means.len()).filter(is_marked).map(|i| {
+            let Mark::Cell { x, y, .. } = cells[i] else { unreachable!("all are cells") };
+            Mark::Frame(x, y)
+        });
+        let frames: Vec<Mark> = frames.collect();
+        cells.into_iter().chain(frames).collect()
     }
 }
 
@@ -190,7 +201,8 @@ mod tests {
         let (x, y, facet) = (axes(&["state"]), axes(y), axes(facet));
         let none = String::new;
         let scale = scale.to_owned();
-        Heatmap { z, x, y, facet, columns: 0, scale, title: none(), z_label: none() }
+        let (title, z_label, marked) = (none(), none(), Vec::new());
+        Heatmap { z, x, y, facet, columns: 0, marked, scale, title, z_label }
     }
 
     fn svg(heatmap: &Heatmap) -> String {
@@ -198,6 +210,15 @@ mod tests {
     }
 
     const STATES: (&str, &[&str]) = ("state", &["0", "1", "2", "3"]);
+
+    #[test]
+    fn marked_cells_have_a_frame() {
+        let z = value(&[STATES], &[0.0, 1.0, 2.0, 3.0]);
+        let plain = heatmap(z.clone(), &[], &[], "shared");
+        let marked = Heatmap { marked: vec![Word("3".into())], ..heatmap(z, &[], &[], "shared") };
+        let frames = |map: &Heatmap| svg(map).matches("stroke=\"#d55e00\"").count();
+        assert_eq!((frames(&plain), frames(&marked)), (0, 1));
+    }
 
     #[test]
     fn places_of_a_grid_go_from_the_top() {

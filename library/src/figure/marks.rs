@@ -80,6 +80,14 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
             out
         }
         Mark::Cell { x, y, share, name, value } => cell((*x, *y), *share, (name, value), panel),
+        Mark::Frame(x, y) => {
+            let ((left, top), (right, bottom)) = (at(x - 0.5, y + 0.5), at(x + 0.5, y - 0.5));
+            let (width, height) = (px(right - left - 4.0), px(bottom - top - 4.0));
+            let place = format!(r#"x="{}" y="{}""#, px(left + 2.0), px(top + 2.0));
+            vec![format!(
+                r##"<rect {place} width="{width}" height="{height}" fill="none" stroke="#d55e00" stroke-width="2.5"/>"##
+            )]
+        }
         Mark::Text(x, y, text) => {
             let (x, y) = at(*x, *y);
             vec![format!(

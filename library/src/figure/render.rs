@@ -95,7 +95,7 @@ fn depth(mark: &Mark) -> u8 {
         Mark::Level(..) => 2,
         Mark::Line(..) => 3,
         Mark::Points(_) => 4,
-        Mark::Text(..) => 5,
+        Mark::Frame(..) | Mark::Text(..) => 5,
     }
 }
 

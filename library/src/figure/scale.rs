@@ -135,7 +135,7 @@ fn extent(mark: &Mark) -> (Vec<f64>, Vec<f64>) {
             let xs = vec![x - width / 2.0, x + width / 2.0];
             (xs, whisker.iter().flat_map(|(low, high)| [*low, *high]).chain([*y]).collect())
         }
-        Mark::Text(x, y, _) | Mark::Cell { x, y, .. } => (vec![*x], vec![*y]),
+        Mark::Text(x, y, _) | Mark::Frame(x, y) | Mark::Cell { x, y, .. } => (vec![*x], vec![*y]),
     }
 }
 
