@@ -111,6 +111,10 @@ fn a_registered_claim_that_changes_is_told() {
     let said = project.run("claims", "e.ivx", &["--since", &at]);
     assert_eq!((said.code, said.out.trim()), (0, "no claim, threshold or parameter changed"));
 
+    // A lock of another name beside the spec is the one that is read.
+    project.write("other.lock", "no lock");
+    let other = project.path("other.lock").display().to_string();
+    assert_ne!(project.run("claims", "e.ivx", &["--since", &other]).code, 0);
     // A verdict that moves, and a parameter and a threshold that are changed after it was seen.
     project.write(
         "e.ivx",
@@ -169,7 +173,10 @@ fn what_cannot_fail_is_marked() {
     claim \"spread\" : std(far, over: seed) >= 0.0
     claim \"share\" : share(far < 9.0, over: seed) <= 1.0
     claim \"could\" : std(far, over: seed) > 0.0
-    claim \"least\" : min(far, over: seed) > 0.0";
+    claim \"least\" : min(far, over: seed) > 0.0
+    claim \"most\" : far < max(far, over: seed) + 1.0
+    claim \"far out\" : quantile(far, q: 0.9, over: seed) < 9.0
+    claim \"bent\" : (mean(far, over: seed) > 0.0) > 0.5";
     let spec = format!(
         "edition \"2026\"
 experiment e {{
@@ -186,5 +193,14 @@ experiment e {{
         assert!(said.contains(&format!("  {words}  [cannot fail]")), "{words}: {said}");
     }
     assert!(said.contains("  could\n"), "{said}");
-    assert!(said.contains("  least  [describes these seeds only]"), "{said}");
+    for words in ["least", "most", "far out", "bent"] {
+        assert!(
+            said.contains(&format!("  {words}  [describes these seeds only]")),
+            "{words}: {said}"
+        );
+    }
+    let said = project.run("exec", "e.ivx", &[]).out;
+    for words in ["least", "most", "far out", "bent"] {
+        assert!(said.contains(&format!("  describes {words}")), "{words}: {said}");
+    }
 }

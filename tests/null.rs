@@ -156,7 +156,6 @@ fn shares_and_medians_over_seeds_are_judged_by_their_seeds() {
         ("four of five", ": share(z > -0.8416, over: seed) > 0.8"),
         ("median", ": median(z, over: seed) < 0.0"),
         ("trimmed", ": iqm(z * z * z, over: seed) < 0.0"),
-        ("quarter", ": quantile(z, q: 0.25, over: seed) < -0.6745"),
     ];
     let n_trials = 300;
     for n in [5, 10, 20] {

@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-6;
 /// The claims of a spec, and what came out when they were registered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Registration {
-    /// Every parameter by its address, as the language writes its value.
+    /// Every parameter by its address, as the language writes its value, and the labels of every axis.
     pub params: BTreeMap<String, String>,
     /// The claims, by experiment and words.
     pub claims: BTreeMap<String, BTreeMap<String, Registered>>,
@@ -55,6 +55,17 @@ impl Registration {
         let mut claims = BTreeMap::new();
         for experiment in &spec.experiments {
             params.extend(own(&format!("{}.", experiment.name), &experiment.params));
+            params.extend(experiment.axes.iter().map(|declared| {
+                let axis = spec.axis(declared.axis);
+                let labels: Vec<&str> = axis.coords.iter().map(|own| own.label.as_str()).collect();
+                let labels = match &labels[..] {
+                    [first, .., last] if labels.len() > 12 => {
+                        format!("{} from {first} to {last}", labels.len())
+                    }
+                    all => all.join(", "),
+                };
+                (format!("{}.axis {}", experiment.name, axis.name), labels)
+            }));
             let registered = experiment.claims.iter().map(|claim| {
                 let (claim, since) = (claim.output.source.clone(), date.to_owned());
                 Registered { claim, since, verdict: None }

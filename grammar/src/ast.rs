@@ -298,18 +298,6 @@ impl BinaryOp {
         }
     }
 
-    /// The same comparison from the right side.
-    #[must_use]
-    pub fn mirrored(self) -> Self {
-        match self {
-            Self::Less => Self::Greater,
-            Self::AtMost => Self::AtLeast,
-            Self::Greater => Self::Less,
-            Self::AtLeast => Self::AtMost,
-            other => other,
-        }
-    }
-
     /// Whether it compares.
     #[must_use]
     pub fn compares(self) -> bool {

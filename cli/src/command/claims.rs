@@ -34,7 +34,7 @@ pub(crate) fn claims(
     };
     let (spec, root) = (&ready.loaded.spec, &ready.loaded.root);
     let locks = if Path::new(since).is_file() {
-        lock::read(Path::new(since))?
+        lock::read_file(Path::new(since))?
     } else {
         let Some(text) = git::file(root, since, &spec.with_file_name(lock::FILE)) else {
             let said =

@@ -16,6 +16,13 @@ const RESAMPLE: &str = "resample";
 const REDUCTIONS: [&str; 8] =
     ["mean", "sum", "share", "median", "iqm", "std", "stderr", "quantile"];
 
+/// What has no distribution that resamples show, where it is made of numbers that are made of seeds: steps, ends and
+/// spreads of them.
+const BENT: [&str; 14] = [
+    "min", "max", "std", "stderr", "median", "iqm", "quantile", "sort", "less", "at_most",
+    "greater", "at_least", "equal", "unequal",
+];
+
 /// What there is no resampling of: a largest or smallest number, or what another operation makes of all seeds.
 pub(super) struct OfThese;
 
@@ -56,6 +63,11 @@ impl Checker<'_> {
 
     fn has_seeds(&self, expr: &Expr) -> bool {
         expr.dims.iter().any(|dim| dim == SEED) || self.seed_in(&expr.axes).is_some()
+    }
+
+    /// Whether seeds have vanished in what a value is made of, and it has no seeds of its own.
+    fn made_of_lost(&self, id: ExprId) -> bool {
+        !self.over_seeds(id) && self.loses_seeds(id)
     }
 
     /// Whether a value varies over seeds.
@@ -220,8 +232,14 @@ impl Checker<'_> {
     ) -> Result<Op, OfThese> {
         let decl = self.registry.decl(&op.name).ok_or(OfThese)?;
         let Role::Op(out) = &decl.role else { return Err(OfThese) };
-        let extreme = matches!(op.name.as_str(), "min" | "max") && self.loses_here(expr);
+        let (name, loses) = (op.name.as_str(), self.loses_here(expr));
+        // Of a quantile too far out for resamples: state it as a share.
+        let middle = op.args.get("q").is_none_or(|q| *q == Desc::Lit(Lit::Real(0.5)));
+        let extreme = loses && (matches!(name, "min" | "max") || name == "quantile" && !middle);
+        let mut inputs = op.ports.iter().flat_map(|(_, feeds)| feeds);
+        let bent = BENT.contains(&name) && inputs.any(|feed| self.made_of_lost(feed.expr));
         if extreme
+            || bent
             || op.stochastic
             || matches!(out.dims, Dims::Fixed(_))
             || op.args.values().any(Desc::holds)

@@ -50,7 +50,14 @@ impl<'a> Checker<'a> {
         if !left.over.intersection(&right.over).all(|name| self.same_labels(name, a, b)) {
             return None;
         }
-        let family = asked.family.as_ref().map(|family| family.value.clone());
+        let family = asked.family.as_ref();
+        if let Some(family) = family.filter(|family| family.value.trim().is_empty()) {
+            let message = "a family of claims has a name";
+            let fault = Diagnostic::new(Code::Kind, family.span, message, "no name");
+            self.fault(fault.help("write `family \"H1\"`, or leave it out"));
+            return None;
+        }
+        let family = family.map(|family| family.value.clone());
         let mut judged = Judged { confidence, by, margin, why, family, ..Judged::default() };
         if self.cannot_fail((op.value, margin), left.id, right.id) {
             judged.marks.insert(Mark::CannotFail);

@@ -13,6 +13,8 @@ use crate::{Code, Diagnostic, Span};
 
 /// The method for shares of seeds, which no spec asks for by name.
 const BINOMIAL: &str = "binomial";
+/// The same, where the share is the right side.
+const BINOMIAL_RIGHT: &str = "binomial, right";
 
 /// The method for medians and quantiles.
 const QUANTILES: &str = "quantiles";
@@ -95,13 +97,12 @@ impl Checker<'_> {
     fn share(&self, plain: &Sides, judged: &Judged) -> Option<Sides> {
         let fixed = |id: ExprId| !self.over_seeds(id) && !self.loses_seeds(id);
         let [left, right] = plain.ids;
-        let (condition, bound, relation) =
-            match (self.share_of_seeds(left), self.share_of_seeds(right)) {
-                (Some(condition), _) if fixed(right) => (condition, right, plain.relation),
-                (_, Some(condition)) if fixed(left) => (condition, left, plain.relation.mirrored()),
-                _ => return None,
-            };
-        let (ids, by) = ([condition, bound], BINOMIAL.to_owned());
+        let (ids, by) = match (self.share_of_seeds(left), self.share_of_seeds(right)) {
+            (Some(condition), _) if fixed(right) => ([condition, right], BINOMIAL),
+            (_, Some(condition)) if fixed(left) => ([left, condition], BINOMIAL_RIGHT),
+            _ => return None,
+        };
+        let (relation, by) = (plain.relation, by.to_owned());
         judged.by.is_empty().then(|| Sides { relation, ids, behind: BTreeSet::new(), by })
     }
 

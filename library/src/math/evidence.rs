@@ -117,7 +117,9 @@ impl Spread {
         if !self.stderr.is_finite() || bound.is_nan() {
             return f64::NAN;
         }
-        self.student().sf((bound - self.estimate) / (self.stderr * stretch(self.tail, self.n)))
+        let t = (bound - self.estimate) / (self.stderr * stretch(self.tail, self.n));
+        // Spreads too small for a number leave no quotient.
+        if t.is_nan() { f64::NAN } else { self.student().sf(t.clamp(-1e100, 1e100)) }
     }
 
     fn mirrored(&self) -> Self {
@@ -213,6 +215,9 @@ impl Evidence {
     pub fn interval(&self, confidence: f64) -> (f64, f64) {
         assert!(0.0 < confidence && confidence < 1.0, "a confidence between 0 and 1");
         let outside = (1.0 - confidence) / 2.0;
+        if self.is_unknown() {
+            return (f64::NAN, f64::NAN);
+        }
         match self {
             Self::Mean(spread) => spread.interval(confidence),
             Self::Share { k, n } => clopper_pearson(*k, *n, outside),
@@ -239,6 +244,9 @@ impl Evidence {
     /// - `or_equal`: whether numbers that are all equal to `bound` count as below.
     #[must_use]
     pub fn p_below(&self, bound: f64, or_equal: bool) -> f64 {
+        if self.is_unknown() || bound.is_nan() {
+            return f64::NAN;
+        }
         match self {
             Self::Mean(spread) => spread.p_below(bound, or_equal),
             Self::Share { k, n } => match bound {
@@ -256,6 +264,20 @@ impl Evidence {
                 let above =
                     pairs.iter().filter(|x| if or_equal { **x > bound } else { **x >= bound });
                 cumulative_ranks(*n)[above.count()]
+            }
+        }
+    }
+
+    /// Whether a number that it is made of is not one.
+    fn is_unknown(&self) -> bool {
+        match self {
+            Self::Mean(spread) => spread.estimate.is_nan() || spread.tail.is_nan(),
+            Self::Share { .. } => false,
+            Self::Percentiles { estimate, resamples, .. } => {
+                estimate.is_nan() || resamples.iter().any(|x| x.is_nan())
+            }
+            Self::Ranks { centre, pairs, .. } => {
+                centre.is_nan() || pairs.iter().any(|x| x.is_nan())
             }
         }
     }

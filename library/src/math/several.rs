@@ -60,7 +60,8 @@ impl Aggregate {
 /// How far scores fall short of a target, on average; what is above it does not count.
 #[must_use]
 pub fn shortfall(scores: &[f64], target: f64) -> f64 {
-    mean(&scores.iter().map(|x| target - x.min(target)).collect::<Vec<_>>())
+    let short = |x: &f64| if x.is_nan() { f64::NAN } else { target - x.min(target) };
+    mean(&scores.iter().map(short).collect::<Vec<_>>())
 }
 
 /// The probability that a run of the first is above one of the second, averaged over tasks.

@@ -23,7 +23,7 @@ declare! {
     /// tests), `>=` and `<=` whether it is not worse by more than `t`. Without seeds the numbers compare plainly. Equal
     /// infinities do not differ. Sides that rest on fewer than 5 seeds decide nothing either, and neither does what is not
     /// a number. Where differences are infinite there may be no interval.
-    pub struct Claim = "claim" @ 9 -> Verdict {
+    pub struct Claim = "claim" @ 10 -> Verdict {
         /// The left side.
         left: Everything<Array>;
         /// The right side.
@@ -36,7 +36,7 @@ declare! {
         within: f64 = 0.0, in 0.0..;
         /// How the interval is found: `tails`, `t`, `bootstrap` or `wilcoxon`; `quantiles` where what is compared is made of
         /// medians and quantiles over seeds; `binomial` where the left side is a condition
-        /// and the right one the share of seeds at which it is true.
+        /// and the right one the share of seeds at which it is true, `binomial, right` where they stand the other way.
         by: String = "tails";
         /// How many seeds the sides rest on, by the side with fewer; 0 where nothing draws or it is not known.
         seeds: usize = 0;
@@ -53,7 +53,34 @@ impl Op for Claim {
         let relation = Relation::named(&self.relation)?;
         let left = Array::stack(&self.left.0).map_err(OpError::Failed)?;
         let right = Array::stack(&self.right.0).map_err(OpError::Failed)?;
-        let mut differences = broadcast(&left, &right, difference)?;
+        if self.by == SHARE_ON_THE_RIGHT {
+            // Judged from the other side, and told as it stands.
+            let verdict = self.verdict(relation.mirrored(), "binomial", (&right, &left), ctx)?;
+            return Ok(Verdict { findings: verdict.findings.into_iter().map(mirrored).collect() });
+        }
+        self.verdict(relation, &self.by, (&left, &right), ctx)
+    }
+}
+
+/// The method where the share of seeds is the right side.
+const SHARE_ON_THE_RIGHT: &str = "binomial, right";
+
+/// A finding seen from the other side.
+fn mirrored(finding: Finding) -> Finding {
+    let interval = finding.interval.map(|(low, high)| (-high, -low));
+    Finding { estimate: -finding.estimate, interval, ..finding }
+}
+
+impl Claim {
+    /// The verdict on these sides by a method.
+    fn verdict(
+        &self,
+        relation: Relation,
+        by: &str,
+        (left, right): (&Array, &Array),
+        ctx: &Ctx,
+    ) -> Result<Verdict, OpError> {
+        let mut differences = broadcast(left, right, difference)?;
         let resampled = differences.dim(RESAMPLE).is_some();
         if resampled && differences.dim(SEED).is_some() {
             differences = reduce(&differences, &[SEED.to_owned()], mean)?;
@@ -62,15 +89,15 @@ impl Op for Claim {
         let sampled = [RESAMPLE, SEED].into_iter().find(|name| differences.dim(name).is_some());
         let sampled: Vec<String> = sampled.map(str::to_owned).into_iter().collect();
         let groups = Groups::of(&differences, &sampled)?;
-        let shares = if self.by == "binomial" { Some(conditions(&left, &right)?) } else { None };
+        let shares = if by == "binomial" { Some(conditions(left, right)?) } else { None };
 
         let axes: Vec<&Dim> = groups.kept.iter().map(|&d| &differences.dims[d]).collect();
         let findings = groups.starts.iter().enumerate().map(|(i, &start)| {
             let values = groups.gather(&differences, start);
             let at = coordinate(&axes, i);
             let finding = Finding { at, within: self.within, ..Finding::default() };
-            if sampled.is_empty() {
-                return self.plain(relation, values[0], finding);
+            if sampled.is_empty() || self.describes {
+                return self.plain(relation, &values, finding);
             }
             let n = if resampled { n_behind } else { values.len() };
             let n = if self.lacks_seeds() { self.seeds } else { n };
@@ -90,7 +117,7 @@ impl Op for Claim {
             if !resampled && self.within == 0.0 && relation.is_equality() {
                 return self.all_equal(relation, &values, finding);
             }
-            let evidence = match self.by.as_str() {
+            let evidence = match by {
                 "bootstrap" | "quantiles" if resampled => {
                     Evidence::percentiles(values[0], &values[1..=N_RESAMPLES], n)
                 }
@@ -116,7 +143,9 @@ impl Op for Claim {
 
 fn known_method(facts: &Facts<'_>) -> Result<(), Wrong> {
     let by = facts.arg::<String>("by").unwrap_or_default();
-    if ["", "tails", "t", "bootstrap", "wilcoxon", "binomial", "quantiles"].contains(&by.as_str()) {
+    if ["", "tails", "t", "bootstrap", "wilcoxon", "binomial", SHARE_ON_THE_RIGHT, "quantiles"]
+        .contains(&by.as_str())
+    {
         return Ok(());
     }
     let help =
@@ -154,12 +183,13 @@ impl Claim {
     }
 
     /// The finding on numbers that rest on no seeds, or are told of these seeds alone.
-    fn plain(&self, relation: Relation, estimate: f64, finding: Finding) -> Finding {
-        let finding = Finding { estimate, ..finding };
+    fn plain(&self, relation: Relation, differences: &[f64], finding: Finding) -> Finding {
+        let finding = Finding { estimate: mean(differences), ..finding };
         if self.lacks_seeds() {
             return Finding { n: self.seeds, ..finding };
         }
-        let outcome = match relation.compare(estimate, self.within) {
+        let each = differences.iter().map(|difference| relation.compare(*difference, self.within));
+        let outcome = match each.max().unwrap_or_default() {
             Outcome::Holds if self.describes => Outcome::Describes,
             outcome => outcome,
         };
@@ -170,6 +200,9 @@ impl Claim {
     fn all_equal(&self, relation: Relation, differences: &[f64], finding: Finding) -> Finding {
         let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
         let furthest = furthest.expect("a group is not empty");
+        if differences.iter().any(|x| x.is_nan()) {
+            return Finding { estimate: f64::NAN, ..finding };
+        }
         if furthest != 0.0 {
             let outcome = relation.compare(furthest, 0.0);
             let p = if outcome == Outcome::Holds { (0.0, 1.0) } else { (1.0, 0.0) };

@@ -30,6 +30,17 @@ impl Relation {
         }
     }
 
+    /// The same relation from the right side.
+    pub(super) fn mirrored(self) -> Self {
+        match self {
+            Self::Less => Self::Greater,
+            Self::LessOrEqual => Self::GreaterOrEqual,
+            Self::Greater => Self::Less,
+            Self::GreaterOrEqual => Self::LessOrEqual,
+            other => other,
+        }
+    }
+
     pub(super) fn is_equality(self) -> bool {
         matches!(self, Self::Equal | Self::Unequal)
     }

@@ -73,7 +73,12 @@ impl Op for Stratified {
                 self.statistic(&scores.iter().map(one).collect::<Vec<_>>())
             };
             let resamples: Vec<f64> = (0..N_RESAMPLES).map(|_| drawn()).collect();
-            let (low, high) = percentile(&resamples, self.confidence);
+            // A run that is missing could be anything.
+            let (low, high) = if scores.iter().flatten().any(|x| x.is_nan()) {
+                (f64::NAN, f64::NAN)
+            } else {
+                percentile(&resamples, self.confidence)
+            };
             values.extend([self.statistic(&scores), low, high]);
         }
         Ok(Array { dims, values })
@@ -127,6 +132,8 @@ mod tests {
         assert_eq!(stratified("optimality_gap", &scores, 2)[0], 0.375);
         // Runs are drawn within their tasks: the least mean is (0 + 1) / 2, the largest (0.5 + 3) / 2.
         assert_eq!(stratified("mean", &scores, 2)[1..], [0.5, 1.75]);
+        let missing = stratified("optimality_gap", &[0.0, 1.0, f64::NAN, 3.0], 2);
+        assert!(missing.iter().all(|x| x.is_nan()), "{missing:?}");
         // Tasks that differ and runs that do not leave no doubt.
         assert_eq!(stratified("mean", &[0.0, 9.0, 0.0, 9.0, 0.0, 9.0], 3), [4.5; 3]);
     }

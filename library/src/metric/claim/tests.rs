@@ -292,3 +292,44 @@ fn what_is_undecided_says_how_many_seeds_would_tell() {
     // (2.7764 + 0.9410) · 3.0277 / √5 = 5.034 is less than 10: five would have told.
     assert_eq!((decided.smallest.is_some(), decided.enough), (true, Some(5)));
 }
+
+#[test]
+fn what_is_missing_decides_nothing() {
+    let mut xs = evenly(80);
+    xs[3] = f64::NAN;
+    for by in ["tails", "t", "bootstrap", "wilcoxon"] {
+        for relation in ["<", "<=", ">", ">=", "==", "!="] {
+            let found =
+                finding(&Claim { by: by.into(), ..of(seeds(&xs), relation, scalar(900.0)) });
+            assert_eq!(found.outcome, Outcome::Undecided, "{by} {relation}");
+            let levels = found.p.unwrap_or((1.0, 1.0));
+            assert!(levels == (1.0, 1.0) && found.interval.is_none(), "{by} {relation}: {found:?}");
+        }
+    }
+    let resample = |xs: &[f64]| {
+        let (reduction, along) = ("median".to_owned(), vec![SEED.to_owned()]);
+        let resample = Resample { x: seeds(xs), reduction, along, q: 0.5 };
+        whole(resample.run(&Ctx::new("resample", 0, None)).expect("it has seeds"))
+    };
+    let claim = Claim {
+        by: "quantiles".into(),
+        behind: Many(vec![seeds(&xs)]),
+        ..of(resample(&xs), "<", scalar(900.0))
+    };
+    assert_eq!(finding(&claim).outcome, Outcome::Undecided);
+    // Spreads that no number holds.
+    let tiny = [5e-324, 0.0, -5e-324, 1e-323, -5e-324];
+    assert_ne!(finding(&of(seeds(&tiny), "<", scalar(0.0))).outcome, Outcome::Holds);
+}
+
+#[test]
+fn a_share_on_the_right_is_told_as_it_stands() {
+    let xs = [1.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let left = finding(&Claim { by: "binomial".into(), ..of(seeds(&xs), ">", scalar(0.9)) });
+    let right = Claim { by: SHARE_ON_THE_RIGHT.into(), ..of(scalar(0.9), "<", seeds(&xs)) };
+    let right = finding(&right);
+    assert_eq!((left.outcome, left.p), (right.outcome, right.p));
+    assert_eq!(left.estimate, -right.estimate);
+    let ends = |finding: &Finding| finding.interval.expect("there are seeds");
+    assert_eq!(ends(&left), (-ends(&right).1, -ends(&right).0));
+}
