@@ -110,6 +110,7 @@ fn the_operations_that_the_language_needs_are_there() {
         "select",
         "published",
         "claim",
+        "resample",
         "less",
         "at_most",
         "greater",

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use ivx_cache::{Digest, Run};
-use ivx_engine::{Fate, Outcome, Plan, Results, Setting, platform, settings};
+use ivx_engine::{Fate, Outcome, Plan, Results, Setting, platform, settings, verdict};
 use ivx_grammar::check::Project;
 use ivx_grammar::ir::Spec;
 use serde::{Deserialize, Serialize};
@@ -217,10 +217,8 @@ fn set_by(spec: &Spec) -> BTreeMap<String, String> {
 fn claims(results: &Results) -> BTreeMap<String, BTreeMap<String, String>> {
     let experiments = results.experiments.iter().filter(|(_, found)| !found.claims.is_empty());
     let verdicts = experiments.map(|(name, found)| {
-        let verdicts = found.claims.iter().map(|(words, claim)| {
-            let verdict = claim.outcome.map_or_else(|| "not run".to_owned(), |o| o.to_string());
-            (words.clone(), verdict)
-        });
+        let verdicts =
+            found.claims.iter().map(|(words, claim)| (words.clone(), verdict(claim.outcome)));
         (name.clone(), verdicts.collect())
     });
     verdicts.collect()

@@ -158,9 +158,9 @@ fn flipped(name: String, before: &Claim, after: &Claim) -> Option<Change> {
     is_flipped.then_some(Change::Claim { name, before, after, flips })
 }
 
-type Pair<'a, T> = (&'a String, Option<&'a T>, Option<&'a T>);
+pub(crate) type Pair<'a, T> = (&'a String, Option<&'a T>, Option<&'a T>);
 
-fn pairs<'a, T>(
+pub(crate) fn pairs<'a, T>(
     before: &'a BTreeMap<String, T>,
     after: &'a BTreeMap<String, T>,
 ) -> impl Iterator<Item = Pair<'a, T>> {

@@ -59,6 +59,6 @@ pub use schedule::schedule;
 pub use shift::{Ended, Made, Moved, Root, Shift, shifts};
 pub use stop::Stop;
 pub use tidy::{Coordinate, Row, Tidy, tidy};
-pub use told::{notes, reason};
+pub use told::{notes, reason, verdict};
 pub use verify::{Verified, verify};
 pub use why::{Cause, Changed, Earlier, InputChange, Reason, Why, why};

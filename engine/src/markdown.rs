@@ -8,10 +8,7 @@ use ivx_op::escape::markdown as plain;
 use ivx_op::{Finding, Outcome as Verdict, shown as shown_alone, shown_together};
 
 use crate::results::{Claim, ExperimentResults, FIGURES, Measure, Report, TABLES, path};
-use crate::told::{notes, reason};
-
-/// So many labels of an axis are listed at most.
-const MAX_LABELS: usize = 12;
+use crate::told::{listed, notes, reason, verdict};
 
 /// The report, as Markdown.
 pub(crate) fn markdown(spec: &Spec, report: &Report) -> String {
@@ -122,13 +119,7 @@ fn parameter(param: &Param) -> String {
 fn axis(spec: &Spec, id: AxisId, docs: &str) -> String {
     let Axis { name, coords, .. } = spec.axis(id);
     let labels: Vec<String> = coords.iter().map(|coord| code(&coord.label)).collect();
-    let labels = match &labels[..] {
-        [first, .., last] if labels.len() > MAX_LABELS => {
-            format!("{} from {first} to {last}", labels.len())
-        }
-        all => all.join(", "),
-    };
-    documented(&format!("{} ({labels})", code(name)), docs)
+    documented(&format!("{} ({})", code(name), listed(&labels)), docs)
 }
 
 /// A doc comment that ends what it begins, so that what follows it is not taken for code or a comment.
@@ -185,7 +176,7 @@ fn numbers(measure: &Measure) -> String {
 }
 
 fn claim(output: &Output, claim: &Claim) -> String {
-    let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |outcome| outcome.to_string());
+    let outcome = verdict(claim.outcome);
     let words: Vec<&str> = output.name.split_whitespace().collect();
     let findings: Vec<String> = match &claim.findings[..] {
         [one] if one.at.is_empty() => vec![difference(one)],

@@ -101,7 +101,7 @@ pub(crate) fn moved(
 }
 
 /// Whether two numbers are the same within a tolerance relative to the larger.
-fn near(a: f64, b: f64, tolerance: f64) -> bool {
+pub(crate) fn near(a: f64, b: f64, tolerance: f64) -> bool {
     let is_same = a == b || (a.is_nan() && b.is_nan());
     is_same || (a - b).abs() / a.abs().max(b.abs()) <= tolerance
 }

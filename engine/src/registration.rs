@@ -1,14 +1,16 @@
 //! What a spec claims, written down: so that a claim, a threshold or a parameter that changed after its results were
 //! seen can be told.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use ivx_grammar::ir::{Param, Spec};
 use ivx_op::{Dim, Outcome as Verdict, shown_together};
 use serde::{Deserialize, Serialize};
 
-use crate::moved::Interval;
+use crate::diff::pairs;
+use crate::moved::{Interval, mean, near};
 use crate::results::{Measure, Results};
+use crate::told::{listed, verdict};
 
 /// What counts as the same number where there is no interval, relative to its size.
 const TOLERANCE: f64 = 1e-6;
@@ -57,14 +59,8 @@ impl Registration {
             params.extend(own(&format!("{}.", experiment.name), &experiment.params));
             params.extend(experiment.axes.iter().map(|declared| {
                 let axis = spec.axis(declared.axis);
-                let labels: Vec<&str> = axis.coords.iter().map(|own| own.label.as_str()).collect();
-                let labels = match &labels[..] {
-                    [first, .., last] if labels.len() > 12 => {
-                        format!("{} from {first} to {last}", labels.len())
-                    }
-                    all => all.join(", "),
-                };
-                (format!("{}.axis {}", experiment.name, axis.name), labels)
+                let labels: Vec<String> = axis.coords.iter().map(|own| own.label.clone()).collect();
+                (format!("{}.axis {}", experiment.name, axis.name), listed(&labels))
             }));
             let registered = experiment.claims.iter().map(|claim| {
                 let (claim, since) = (claim.output.source.clone(), date.to_owned());
@@ -107,9 +103,8 @@ impl Registration {
     #[must_use]
     pub fn changes(&self, now: &Self) -> Vec<String> {
         let mut lines = Vec::new();
-        let params: BTreeSet<&String> = self.params.keys().chain(now.params.keys()).collect();
-        for param in params {
-            match (self.params.get(param), now.params.get(param)) {
+        for (param, old, new) in pairs(&self.params, &now.params) {
+            match (old, new) {
                 (Some(old), Some(new)) if old == new => {}
                 (Some(old), Some(new)) => lines.push(format!("~ param {param}: {old} -> {new}")),
                 (None, Some(new)) => lines.push(format!("+ param {param}: {new}")),
@@ -117,15 +112,11 @@ impl Registration {
             }
         }
         let nothing = BTreeMap::new();
-        let experiments: BTreeSet<&String> = self.claims.keys().chain(now.claims.keys()).collect();
-        for experiment in experiments {
-            let of = |registration: &'_ Self| registration.claims.get(experiment).cloned();
-            let (old, new) =
-                (of(self).unwrap_or(nothing.clone()), of(now).unwrap_or(nothing.clone()));
-            let words: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
-            for words in words {
+        for (experiment, old, new) in pairs(&self.claims, &now.claims) {
+            let (old, new) = (old.unwrap_or(&nothing), new.unwrap_or(&nothing));
+            for (words, old, new) in pairs(old, new) {
                 let name = format!("claim {experiment}/{words:?}");
-                match (old.get(words), new.get(words)) {
+                match (old, new) {
                     (Some(old), Some(new)) if old.claim == new.claim => {}
                     (Some(old), Some(new)) => lines.push(format!(
                         "~ {name}, registered on {}: {} -> {}",
@@ -147,10 +138,7 @@ impl Registration {
             for (words, old) in claims {
                 let new = now.claims.get(experiment).and_then(|claims| claims.get(words));
                 let Some(new) = new.filter(|new| new.verdict != old.verdict) else { continue };
-                let told = |verdict: Option<Verdict>| {
-                    verdict.map_or_else(|| "not run".to_owned(), |verdict| verdict.to_string())
-                };
-                let (old, new) = (told(old.verdict), told(new.verdict));
+                let (old, new) = (verdict(old.verdict), verdict(new.verdict));
                 lines.push(format!("! claim {experiment}/{words:?}: {old} -> {new}"));
             }
         }
@@ -180,9 +168,8 @@ impl Registration {
 impl Seen {
     /// Whether a number found later is the same, as far as that was known.
     fn holds(self, later: f64) -> bool {
-        let near = (later - self.0).abs() <= TOLERANCE * self.0.abs().max(later.abs());
-        let inside = self.1.is_some_and(|(low, high)| low <= later && later <= high);
-        near || inside || later == self.0 || later.is_nan() && self.0.is_nan()
+        near(self.0, later, TOLERANCE)
+            || self.1.is_some_and(|(low, high)| (low..=high).contains(&later))
     }
 
     fn told(self, later: f64) -> String {
@@ -206,7 +193,7 @@ fn seen(measure: &Measure, interval: Interval) -> Vec<Seen> {
     for block in measure.values.chunks((n * inner).max(1)) {
         for place in 0..inner {
             let xs: Vec<f64> = block.iter().skip(place).step_by(inner.max(1)).copied().collect();
-            means.push(Seen(crate::moved::mean(&xs), interval(&xs)));
+            means.push(Seen(mean(&xs), interval(&xs)));
         }
     }
     means

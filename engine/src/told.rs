@@ -5,6 +5,25 @@ use ivx_op::{Finding, Outcome as Verdict, shown};
 
 use crate::results::Claim;
 
+/// So many labels of an axis are listed at most.
+const MAX_LABELS: usize = 12;
+
+/// Labels of an axis, or how many there are, from which to which.
+pub(crate) fn listed(labels: &[String]) -> String {
+    match labels {
+        [first, .., last] if labels.len() > MAX_LABELS => {
+            format!("{} from {first} to {last}", labels.len())
+        }
+        all => all.join(", "),
+    }
+}
+
+/// A verdict in a word or two.
+#[must_use]
+pub fn verdict(outcome: Option<Verdict>) -> String {
+    outcome.map_or_else(|| "not run".to_owned(), |outcome| outcome.to_string())
+}
+
 /// What a reader is to know of a claim, its verdict aside: one note each.
 #[must_use]
 pub fn notes(claim: &Claim) -> Vec<String> {

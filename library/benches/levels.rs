@@ -51,7 +51,7 @@ fn levels(xs: &[f64], rng: &mut ChaCha8Rng) -> [f64; 4] {
     let spread = Spread::of_mean(xs);
     let rules = [
         Evidence::Mean(spread),
-        Evidence::Mean(Spread { tail: 0.0, ..spread }),
+        Evidence::Mean(spread.plain()),
         Evidence::bootstrap(xs, rng),
         Evidence::ranks(xs),
     ];
@@ -69,7 +69,7 @@ fn decided(family: fn(&mut ChaCha8Rng) -> f64, effect: f64, n: usize) -> [f64; 4
             levels(&xs, &mut rng)
         } else {
             let spread = Spread::of_mean(&xs);
-            let plain = Evidence::Mean(Spread { tail: 0.0, ..spread });
+            let plain = Evidence::Mean(spread.plain());
             [Evidence::Mean(spread).p_below(0.0, false), plain.p_below(0.0, false), 1.0, 1.0]
         };
         for (count, p) in counts.iter_mut().zip(all) {

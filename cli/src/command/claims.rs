@@ -3,9 +3,10 @@
 use std::io::Write;
 use std::path::Path;
 
-use ivx_engine::{Locks, Registration, marks};
+use ivx_engine::{Registration, marks};
 
 use super::diff::git;
+use super::summary::bracketed;
 use super::{lock, ready};
 use crate::date::today;
 use crate::render::visible;
@@ -22,10 +23,7 @@ pub(crate) fn claims(
         for experiment in ready.spec.experiments.iter().filter(|own| !own.claims.is_empty()) {
             writeln!(out, "{}", experiment.name)?;
             for claim in &experiment.claims {
-                let marks = match &marks(&claim.judged)[..] {
-                    [] => String::new(),
-                    marks => format!("  [{}]", marks.join("; ")),
-                };
+                let marks = bracketed(&marks(&claim.judged));
                 let (words, source) = (visible(&claim.output.name), visible(&claim.output.source));
                 writeln!(out, "  {words}{marks}\n      {source}")?;
             }
@@ -42,8 +40,7 @@ pub(crate) fn claims(
             writeln!(err, "error: {}", visible(&said))?;
             return Ok(WRONG);
         };
-        Locks::from_ron(&text)
-            .map_err(|why| Trouble::Content { path: since.clone(), why: why.to_string() })?
+        lock::parse(&text, since)?
     };
     let name = ready.name();
     let lock = locks.specs.get(&name).and_then(|lock| lock.registered.as_ref());

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Lock, Options, Outcome, Plan, Registration, Results, expand, page, platform, report, schedule,
-    wanted,
+    Lock, Locks, Options, Outcome, Plan, Registration, Results, expand, page, platform, report,
+    schedule, wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
@@ -28,7 +28,6 @@ use crate::publish::{RESULTS, in_the_way, publish, refusal};
 use crate::time::now_millis;
 use crate::{FAILED, OK, STOPPED, Trouble, WRONG, args, project, store};
 
-#[expect(clippy::too_many_lines, reason = "one run from its beginning to its end")]
 pub(crate) fn exec(
     args: &args::Exec,
     out: &mut dyn Write,
@@ -130,25 +129,35 @@ pub(crate) fn exec(
         report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
     let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));
     let failed = !report.results.failures.is_empty();
-    let mut moved = false;
-    if let Some(locks) = locks {
-        let registered = Registration::of(&ready.spec, &today()).with(&report.results, interval);
-        let found = if args.register {
-            Lock::registering(&report.results, registered)
-        } else {
-            let found = Lock::of(&plan, &outcome, &report.results);
-            Lock { registered: Some(registered), ..found }
-        };
-        if args.locked {
-            moved = lock::moved(&locks.specs[&name], &found, out)?;
-        } else if !failed {
-            lock::write(&spec, locks, name, found)?;
-        }
-    }
+    let run = (&plan, &outcome, &report.results);
+    let moved = locks.map_or(Ok(false), |locks| lock_up(args, &ready, (locks, name), run, out))?;
     // The process is about to end: to give all this back piece by piece would be a large part of
     // a run that has nothing to do.
     std::mem::forget((ready, plan, outcome, report.results, set));
     Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
+}
+
+/// Holds a run against the locks beside its spec, or writes it there; whether it found something else.
+fn lock_up(
+    args: &args::Exec,
+    ready: &Ready,
+    (locks, name): (Locks, String),
+    (plan, outcome, results): (&Plan, &Outcome, &Results),
+    out: &mut dyn Write,
+) -> Result<bool, Trouble> {
+    let registered = Registration::of(&ready.spec, &today()).with(results, interval);
+    let found = if args.register {
+        Lock::registering(results, registered)
+    } else {
+        Lock { registered: Some(registered), ..Lock::of(plan, outcome, results) }
+    };
+    if args.locked {
+        return Ok(lock::moved(&locks.specs[&name], &found, out)?);
+    }
+    if results.failures.is_empty() {
+        lock::write(&ready.loaded.spec, locks, name, found)?;
+    }
+    Ok(false)
 }
 
 /// What a run is called, and where its results lie.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use ivx_cache::Digest;
@@ -21,14 +21,21 @@ const MOST: usize = 20;
 /// The locks beside a spec; none if there is no file.
 pub(super) fn read(spec: &Path) -> Result<Locks, Trouble> {
     let path = beside(spec);
-    if path.exists() { read_file(&path) } else { Ok(Locks::default()) }
+    match fs::read_to_string(&path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Locks::default()),
+        text => parse(&text.at(&path)?, &path.display().to_string()),
+    }
 }
 
 /// The locks of a file.
 pub(super) fn read_file(path: &Path) -> Result<Locks, Trouble> {
-    let text = fs::read_to_string(path).at(path)?;
-    let content = |why| Trouble::Content { path: path.display().to_string(), why };
-    let locks = Locks::from_ron(&text).map_err(|why| content(why.to_string()))?;
+    parse(&fs::read_to_string(path).at(path)?, &path.display().to_string())
+}
+
+/// The locks that a text holds, which has its name for messages.
+pub(super) fn parse(text: &str, name: &str) -> Result<Locks, Trouble> {
+    let content = |why| Trouble::Content { path: name.to_owned(), why };
+    let locks = Locks::from_ron(text).map_err(|why| content(why.to_string()))?;
     if locks.format != FORMAT {
         return Err(content(format!("format {} is not {FORMAT}", locks.format)));
     }

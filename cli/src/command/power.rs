@@ -7,6 +7,7 @@ use ivx_engine::{Plan, Source, outputs};
 use ivx_grammar::ir::Spec;
 use ivx_op::{Artifact as _, Finding, Registry, Verdict, shown_together};
 
+use super::summary::at;
 use crate::render::visible;
 
 /// A line for each claim that was judged over seeds, or for each coordinate of it.
@@ -46,9 +47,6 @@ pub(super) fn write(
 
 /// Where it is, the difference seen, the smallest that these seeds tell, and how many tell that seen.
 fn told(finding: &Finding) -> String {
-    let at: Vec<String> =
-        finding.at.iter().map(|(axis, label)| format!("{axis} = {}", visible(label))).collect();
-    let at = if at.is_empty() { String::new() } else { format!(" at {}", at.join(", ")) };
     let numbers: Vec<f64> = [finding.estimate].into_iter().chain(finding.smallest).collect();
     let n = finding.n;
     let smallest = match &shown_together(&numbers)[..] {
@@ -56,5 +54,5 @@ fn told(finding: &Finding) -> String {
         seen => format!("difference {}, n = {n}", seen.concat()),
     };
     let enough = finding.enough.map(|n| format!("; about {n} seeds tell this"));
-    format!("{at}  {smallest}{}", enough.unwrap_or_default())
+    format!("{}  {smallest}{}", at(finding), enough.unwrap_or_default())
 }

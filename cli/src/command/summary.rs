@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use ivx_cache::Digest;
-use ivx_engine::{Claim, Fate, Outcome, Plan, Results, notes, reason};
+use ivx_engine::{Claim, Fate, Outcome, Plan, Results, notes, reason, verdict};
 use ivx_grammar::ir::Spec;
 use ivx_op::{Finding, Outcome as Verdict};
 
@@ -77,14 +77,23 @@ fn known(outcome: &Outcome) -> (usize, usize) {
     (known.len(), equal.len())
 }
 
+/// Notes on a claim, behind what is said of it.
+pub(super) fn bracketed(notes: &[String]) -> String {
+    if notes.is_empty() { String::new() } else { format!("  [{}]", notes.join("; ")) }
+}
+
+/// Where a finding is, if it is one of several.
+pub(super) fn at(finding: &Finding) -> String {
+    let at = finding.at.iter().map(|(axis, label)| format!("{axis} = {}", visible(label)));
+    let at: Vec<String> = at.collect();
+    if at.is_empty() { String::new() } else { format!(" at {}", at.join(", ")) }
+}
+
 /// One line a claim, and one for each coordinate at which it does not hold.
 fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
-    let notes = match &notes(claim)[..] {
-        [] => String::new(),
-        notes => format!("  [{}]", notes.join("; ")),
-    };
+    let notes = bracketed(&notes(claim));
     let words = visible(words);
-    let outcome = claim.outcome.map_or_else(|| "not run".to_owned(), |o| o.to_string());
+    let outcome = verdict(claim.outcome);
     let held = claim.findings.iter().filter(|finding| finding.outcome == Verdict::Holds);
     match &claim.findings[..] {
         [] => writeln!(out, "  {outcome:<9} {words}{notes}"),
@@ -97,18 +106,8 @@ fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
                 all.len()
             )?;
             for finding in all.iter().filter(|finding| finding.outcome != Verdict::Holds) {
-                let at: Vec<_> = finding
-                    .at
-                    .iter()
-                    .map(|(axis, label)| format!("{axis} = {}", visible(label)))
-                    .collect();
-                writeln!(
-                    out,
-                    "            {} at {}{}",
-                    finding.outcome,
-                    at.join(", "),
-                    difference(finding)
-                )?;
+                let (at, difference) = (at(finding), difference(finding));
+                writeln!(out, "            {}{at}{difference}", finding.outcome)?;
             }
             Ok(())
         }

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgKind, Array, Artifact, ByName, Dims, Lit, Role};
+use ivx_op::{ArgKind, ByName, Dims, Lit, Role};
 
 use super::Checker;
 use super::axis::SEED;
 use crate::Span;
-use crate::ir::{AxisId, AxisRole, Desc, Expr, ExprId, ExprKind, Feed, Op};
+use crate::ir::{AxisId, Desc, Expr, ExprId, ExprKind, Feed, Op};
 
 /// The dimension of samples drawn anew.
 const RESAMPLE: &str = "resample";
@@ -36,53 +36,14 @@ pub(super) struct Behind {
 }
 
 impl Checker<'_> {
-    /// Whether seeds vanish somewhere in what a value is made of, its own seeds aside.
-    pub(super) fn loses_seeds(&self, id: ExprId) -> bool {
-        let mut seen = BTreeSet::new();
-        let mut todo = vec![id];
-        while let Some(id) = todo.pop() {
-            if !seen.insert(id) {
-                continue;
-            }
-            let expr = self.spec.expr(id);
-            if self.loses_here(expr) {
-                return true;
-            }
-            todo.extend(self.spec.inputs(expr));
-        }
-        false
-    }
-
-    fn loses_here(&self, expr: &Expr) -> bool {
-        // One seed that is picked says nothing of the others, which is told otherwise.
-        let picks = matches!(&expr.kind, ExprKind::Pick { .. })
-            || matches!(&expr.kind, ExprKind::Op(op) if op.name == "select");
-        let inputs = || self.spec.inputs(expr).into_iter();
-        !picks && !self.has_seeds(expr) && inputs().any(|id| self.has_seeds(self.spec.expr(id)))
-    }
-
-    fn has_seeds(&self, expr: &Expr) -> bool {
-        expr.dims.iter().any(|dim| dim == SEED) || self.seed_in(&expr.axes).is_some()
-    }
-
     /// Whether seeds have vanished in what a value is made of, and it has no seeds of its own.
     fn made_of_lost(&self, id: ExprId) -> bool {
         !self.over_seeds(id) && self.loses_seeds(id)
     }
 
-    /// Whether a value varies over seeds.
-    pub(super) fn over_seeds(&self, id: ExprId) -> bool {
-        self.has_seeds(self.spec.expr(id))
-    }
-
     /// How many seeds there are along the axis of a value.
     pub(super) fn n_axis_seeds(&self, id: ExprId) -> Option<usize> {
-        let seed = self.seed_in(&self.spec.expr(id).axes)?;
-        Some(self.spec.axis(seed).coords.len())
-    }
-
-    fn seed_in(&self, axes: &BTreeSet<AxisId>) -> Option<AxisId> {
-        axes.iter().copied().find(|axis| self.spec.axis(*axis).role == AxisRole::Seed)
+        self.seed_of(id).map(|seed| self.spec.axis(seed).coords.len())
     }
 
     /// The condition of which a value is the share of seeds, and of nothing else.
@@ -92,7 +53,7 @@ impl Checker<'_> {
         let ([feed], "share") = (&feeds[..], op.name.as_str()) else { return None };
         let over = Desc::Lit(Lit::List(vec![Lit::Text(match feed.gathered[..] {
             [] => SEED.to_owned(),
-            [axis] if self.spec.axis(axis).role == AxisRole::Seed => "#0".to_owned(),
+            [axis] if self.is_seed(axis) => "#0".to_owned(),
             _ => return None,
         })]));
         let plain = op.args.get("over") == Some(&over) && feed.groups.is_none();
@@ -113,51 +74,48 @@ impl Checker<'_> {
             return Ok(*done);
         }
         let expr = self.spec.expr(id).clone();
-        let done = match (self.loses_seeds(id), self.has_seeds(&expr)) {
-            (false, false) => id,
-            (false, true) => self.resampled_leaf(id, &expr, behind, span),
-            (true, _) => {
-                let kind = self.resampled_kind(&expr, behind, span)?;
-                let seed = self.seed_in(&expr.axes);
-                let mut dims = vec![RESAMPLE.to_owned()];
-                dims.extend(seed.map(|_| SEED.to_owned()));
-                dims.extend(expr.dims.iter().filter(|dim| *dim != RESAMPLE).cloned());
-                let axes = expr.axes.iter().copied().filter(|axis| Some(*axis) != seed).collect();
-                self.push(Expr { axes, dims, kind, ..expr }, span)
+        let kind = match (self.loses_seeds(id), self.has_seeds(&expr)) {
+            (false, false) => return Ok(id),
+            (false, true) => {
+                behind.averages = true;
+                let gathered = self.seed_in(&expr.axes).into_iter().collect();
+                ExprKind::Op(Self::drawn_anew(
+                    id,
+                    gathered,
+                    ("", Vec::new(), Lit::Real(0.5)),
+                    behind,
+                ))
             }
+            (true, _) => self.resampled_kind(&expr, behind, span)?,
         };
+        let seed = self.seed_in(&expr.axes);
+        let mut dims = vec![RESAMPLE.to_owned()];
+        dims.extend(seed.map(|_| SEED.to_owned()));
+        dims.extend(expr.dims.iter().filter(|dim| *dim != RESAMPLE).cloned());
+        let axes = expr.axes.iter().copied().filter(|axis| Some(*axis) != seed).collect();
+        let done = self.push(Expr { axes, dims, kind, ..expr }, span);
         behind.done.insert(id, done);
         Ok(done)
     }
 
-    fn resampled_leaf(
-        &mut self,
+    /// The operation that draws the seeds of a value anew and reduces each sample: by its name, along which, and `q`.
+    fn drawn_anew(
         id: ExprId,
-        expr: &Expr,
+        gathered: Vec<AxisId>,
+        (reduction, along, q): (&str, Vec<Lit>, Lit),
         behind: &mut Behind,
-        span: Span,
-    ) -> ExprId {
+    ) -> Op {
         behind.leaves.insert(id);
-        behind.averages = true;
-        let seed = self.seed_in(&expr.axes);
-        let feed = Feed { gathered: seed.into_iter().collect(), labelled: true, ..Feed::one(id) };
-        let op = Op {
+        let args =
+            [("reduction", Lit::Text(reduction.to_owned())), ("along", Lit::List(along)), ("q", q)];
+        let args = args.map(|(name, lit)| (name.to_owned(), Desc::Lit(lit)));
+        let feed = Feed { gathered, labelled: true, ..Feed::one(id) };
+        Op {
             name: RESAMPLE.to_owned(),
-            args: ByName::from([
-                ("reduction".to_owned(), Desc::Lit(Lit::Text(String::new()))),
-                ("along".to_owned(), Desc::Lit(Lit::List(Vec::new()))),
-                ("q".to_owned(), Desc::Lit(Lit::Real(0.5))),
-            ]),
+            args: ByName::from(args),
             ports: vec![("x".to_owned(), vec![feed])],
             stochastic: false,
-        };
-        let mut dims = vec![RESAMPLE.to_owned()];
-        dims.extend(seed.map(|_| SEED.to_owned()));
-        dims.extend(expr.dims.iter().cloned());
-        let axes = expr.axes.iter().copied().filter(|axis| Some(*axis) != seed).collect();
-        let artifact = Array::KIND.to_owned();
-        let (address, collected) = (expr.address.clone(), BTreeSet::new());
-        self.push(Expr { address, axes, collected, artifact, dims, kind: ExprKind::Op(op) }, span)
+        }
     }
 
     /// A reduction of what varies over seeds and is made of none, as one operation.
@@ -175,20 +133,16 @@ impl Checker<'_> {
             let axis = place.and_then(|place| feed.gathered.get(place));
             Lit::Text(axis.map_or_else(|| name.clone(), |axis| self.spec.axis(*axis).name.clone()))
         });
-        let q = op.args.get("q").cloned().unwrap_or(Desc::Lit(Lit::Real(0.5)));
-        let args = ByName::from([
-            ("reduction".to_owned(), Desc::Lit(Lit::Text(op.name.clone()))),
-            ("along".to_owned(), Desc::Lit(Lit::List(along.collect()))),
-            ("q".to_owned(), q),
-        ]);
+        let along = along.collect();
+        let q = match op.args.get("q") {
+            Some(Desc::Lit(q)) => q.clone(),
+            _ => Lit::Real(0.5),
+        };
         behind.averages |= !matches!(op.name.as_str(), "median" | "quantile");
-        behind.leaves.insert(feed.expr);
-        let seed = self.seed_in(&self.spec.expr(feed.expr).axes);
+        let seed = self.seed_of(feed.expr);
         let mut gathered = feed.gathered.clone();
         gathered.extend(seed.filter(|seed| !feed.gathered.contains(seed)));
-        let feed = Feed { gathered, labelled: true, ..Feed::one(feed.expr) };
-        let ports = vec![("x".to_owned(), vec![feed])];
-        Some(Op { name: RESAMPLE.to_owned(), args, ports, stochastic: false })
+        Some(Self::drawn_anew(feed.expr, gathered, (&op.name, along, q), behind))
     }
 
     fn resampled_kind(
@@ -197,17 +151,16 @@ impl Checker<'_> {
         behind: &mut Behind,
         span: Span,
     ) -> Result<ExprKind, OfThese> {
-        let is_seed = |checker: &Self, axis: AxisId| checker.spec.axis(axis).role == AxisRole::Seed;
         match &expr.kind {
-            ExprKind::Pick { base, axis, place } if !is_seed(self, *axis) => {
+            ExprKind::Pick { base, axis, place } if !self.is_seed(*axis) => {
                 let base = self.resampled(*base, behind, span)?;
                 Ok(ExprKind::Pick { base, axis: *axis, place: *place })
             }
-            ExprKind::Restrict { base, axis, restricted, places } if !is_seed(self, *axis) => {
+            ExprKind::Restrict { base, axis, restricted, places } if !self.is_seed(*axis) => {
                 let (base, places) = (self.resampled(*base, behind, span)?, places.clone());
                 Ok(ExprKind::Restrict { base, axis: *axis, restricted: *restricted, places })
             }
-            ExprKind::Match { axis, arms } if !is_seed(self, *axis) => {
+            ExprKind::Match { axis, arms } if !self.is_seed(*axis) => {
                 let mut all = Vec::new();
                 for arm in arms {
                     let own = self.resampled(*arm, behind, span)?;
@@ -249,17 +202,16 @@ impl Checker<'_> {
         if let Some(op) = self.reduced_where_drawn(op, behind) {
             return Ok(op);
         }
-        behind.averages |= self.loses_here(expr);
+        behind.averages |= loses;
         let mut op = op.clone();
         let mut renamed: BTreeMap<String, String> = BTreeMap::new();
         for (_, feeds) in &mut op.ports {
             for feed in feeds {
-                let is_seed = |axis: &AxisId| self.spec.axis(*axis).role == AxisRole::Seed;
-                if feed.groups.as_ref().is_some_and(|groups| is_seed(&groups.axis)) {
+                if feed.groups.as_ref().is_some_and(|groups| self.is_seed(groups.axis)) {
                     return Err(OfThese);
                 }
                 let kept: Vec<AxisId> =
-                    feed.gathered.iter().copied().filter(|axis| !is_seed(axis)).collect();
+                    feed.gathered.iter().copied().filter(|axis| !self.is_seed(*axis)).collect();
                 for (i, axis) in feed.gathered.iter().enumerate().filter(|_| !feed.labelled) {
                     let place = kept.iter().position(|own| own == axis);
                     let name = place.map_or_else(|| SEED.to_owned(), |place| format!("#{place}"));

@@ -70,7 +70,9 @@ impl Checker<'_> {
         while let Some(id) = todo.pop() {
             let expr = self.spec.expr(id);
             let through = match &expr.kind {
-                ExprKind::Op(op) => BOUNDED.contains(&op.name.as_str()),
+                ExprKind::Op(op) => {
+                    bounds(&op.name, &vec![(0.0, 0.0); self.spec.inputs(expr).len()]) != ANY
+                }
                 ExprKind::Pick { .. } | ExprKind::Restrict { .. } => true,
                 ExprKind::Number(_) | ExprKind::Match { .. } => false,
             };
@@ -97,12 +99,6 @@ impl Checker<'_> {
         known[&id]
     }
 }
-
-/// The operations of which something is known.
-const BOUNDED: [&str; 20] = [
-    "share", "less", "at_most", "greater", "at_least", "equal", "unequal", "std", "stderr", "mean",
-    "median", "iqm", "min", "max", "quantile", "select", "sort", "neg", "add", "sub",
-];
 
 /// Between which numbers the result of an operation lies, if its inputs lie between these.
 fn bounds(op: &str, inputs: &[Bounds]) -> Bounds {

@@ -1,6 +1,9 @@
-//! What random numbers a value rests on.
+//! What random numbers a value rests on, and which of its seeds vanish.
+
+use std::collections::BTreeSet;
 
 use super::Checker;
+use super::axis::SEED;
 use crate::ir::{AxisId, AxisRole, Desc, Expr, ExprId, ExprKind, Op};
 
 /// The random numbers upstream of a value.
@@ -11,16 +14,22 @@ pub(super) struct Drawn {
     /// The most seeds along `seed` axes that it has no more; 1 where it never had one, 0 where
     /// nothing draws.
     reduced: usize,
+    /// Whether seeds vanish somewhere in what it is made of, its own aside.
+    loses: bool,
 }
 
 impl Checker<'_> {
     /// How many seeds a value rests on at most; 0 where nothing upstream of it draws.
     pub(super) fn n_seeds(&mut self, id: ExprId) -> usize {
         for place in self.drawn.len()..=id.0 as usize {
-            let drawn = self.draws_upstream(&self.spec.exprs[place]);
+            let expr = &self.spec.exprs[place];
+            let inputs = self.spec.inputs(expr);
+            let loses =
+                self.loses_here(expr) || inputs.iter().any(|id| self.drawn[id.0 as usize].loses);
+            let drawn = Drawn { loses, ..self.draws_upstream(expr) };
             self.drawn.push(drawn);
         }
-        let Drawn { varies, reduced } = self.drawn[id.0 as usize];
+        let Drawn { varies, reduced, .. } = self.drawn[id.0 as usize];
         let own = self.seed_of(id).filter(|_| varies);
         own.map_or(reduced, |seed| reduced.max(self.spec.axis(seed).coords.len()))
     }
@@ -32,8 +41,11 @@ impl Checker<'_> {
             ExprKind::Op(_) | ExprKind::Match { .. } => {
                 let has_seed = expr.axes.iter().any(|axis| self.is_seed(*axis));
                 let draws = matches!(&expr.kind, ExprKind::Op(op) if self.draws_here(op));
-                let mut drawn =
-                    Drawn { varies: draws && has_seed, reduced: usize::from(draws && !has_seed) };
+                let mut drawn = Drawn {
+                    varies: draws && has_seed,
+                    reduced: usize::from(draws && !has_seed),
+                    loses: false,
+                };
                 for id in self.spec.inputs(expr) {
                     let input = self.drawn[id.0 as usize];
                     drawn.reduced = drawn.reduced.max(input.reduced);
@@ -47,8 +59,8 @@ impl Checker<'_> {
                 drawn
             }
             ExprKind::Pick { base, axis, .. } => match self.drawn[base.0 as usize] {
-                Drawn { varies: true, reduced } if self.is_seed(*axis) => {
-                    Drawn { varies: false, reduced: reduced.max(1) }
+                drawn @ Drawn { varies: true, reduced, .. } if self.is_seed(*axis) => {
+                    Drawn { varies: false, reduced: reduced.max(1), ..drawn }
                 }
                 drawn => drawn,
             },
@@ -62,12 +74,42 @@ impl Checker<'_> {
         op.stochastic || axes.any(|axis| self.is_seed(axis))
     }
 
-    fn is_seed(&self, axis: AxisId) -> bool {
+    /// Whether seeds vanish somewhere in what a value is made of, its own aside. It was asked for its seeds before, or
+    /// what is made of it was.
+    pub(super) fn loses_seeds(&self, id: ExprId) -> bool {
+        self.drawn[id.0 as usize].loses
+    }
+
+    /// Whether seeds vanish in an expression itself.
+    pub(super) fn loses_here(&self, expr: &Expr) -> bool {
+        // One seed that is picked says nothing of the others, which is told otherwise.
+        let picks = matches!(&expr.kind, ExprKind::Pick { .. })
+            || matches!(&expr.kind, ExprKind::Op(op) if op.name == "select");
+        let inputs = || self.spec.inputs(expr).into_iter();
+        !picks && !self.has_seeds(expr) && inputs().any(|id| self.over_seeds(id))
+    }
+
+    /// Whether an expression has seeds, along an axis or inside.
+    pub(super) fn has_seeds(&self, expr: &Expr) -> bool {
+        expr.dims.iter().any(|dim| dim == SEED) || self.seed_in(&expr.axes).is_some()
+    }
+
+    /// Whether a value varies over seeds.
+    pub(super) fn over_seeds(&self, id: ExprId) -> bool {
+        self.has_seeds(self.spec.expr(id))
+    }
+
+    pub(super) fn is_seed(&self, axis: AxisId) -> bool {
         self.spec.axis(axis).role == AxisRole::Seed
     }
 
     /// The `seed` axis that a value varies over.
-    fn seed_of(&self, id: ExprId) -> Option<AxisId> {
-        self.spec.expr(id).axes.iter().copied().find(|axis| self.is_seed(*axis))
+    pub(super) fn seed_of(&self, id: ExprId) -> Option<AxisId> {
+        self.seed_in(&self.spec.expr(id).axes)
+    }
+
+    /// The `seed` axis among others.
+    pub(super) fn seed_in(&self, axes: &BTreeSet<AxisId>) -> Option<AxisId> {
+        axes.iter().copied().find(|axis| self.is_seed(*axis))
     }
 }

@@ -142,14 +142,14 @@ impl<'a> Checker<'a> {
                         within.as_deref(),
                     );
                     let mut source = self.source(value.span.to(item.span));
-                    if let Some(confidence) = &asked.at {
-                        source = format!("{source} at {}", self.source(confidence.span));
-                    }
-                    if let Some(by) = &asked.by {
-                        source = format!("{source} by {}", self.source(by.span));
-                    }
-                    if let Some(family) = &asked.family {
-                        source = format!("{source} family {}", self.source(family.span));
+                    let spans = [
+                        ("at", asked.at.as_ref().map(|at| at.span)),
+                        ("by", asked.by.as_ref().map(|by| by.span)),
+                        ("family", asked.family.as_ref().map(|family| family.span)),
+                    ];
+                    for (word, span) in spans {
+                        let given = span.map(|span| format!(" {word} {}", self.source(span)));
+                        source.extend(given);
                     }
                     let (expr, judged) = claimed.unzip();
                     let output = output(&name.value, expr, source);

@@ -107,27 +107,20 @@ impl Heatmap {
     ) -> Vec<Mark> {
         let coordinates = labels(&[&all.outer[self.facet.0.len()..], &all.inner].concat());
         let rows = means.len().div_ceil(across);
-        let cell = |(i, &mean): (usize, &f64)| {
+        let place = |i: usize| {
             let (column, row) = (i % across, i / across);
-            let row = if is_grid { rows - 1 - row } else { row };
-            Mark::Cell {
-                x: column as f64,
-                y: row as f64,
-                share: share(mean, ends),
-                name: coordinates[i].clone(),
-                value: texts[i].clone(),
-            }
+            (column as f64, if is_grid { rows - 1 - row } else { row } as f64)
         };
-        let cells: Vec<Mark> = means.iter().enumerate().map(cell).collect();
+        let cell = |(i, &mean): (usize, &f64)| {
+            let ((x, y), share) = (place(i), share(mean, ends));
+            Mark::Cell { x, y, share, name: coordinates[i].clone(), value: texts[i].clone() }
+        };
         let inner = labels(&all.inner);
         let is_marked =
             |i: &usize| self.marked.iter().any(|Word(label)| *label == inner[i % inner.len()]);
-        let frames = (0..means.len()).filter(is_marked).map(|i| {
-            let Mark::Cell { x, y, .. } = cells[i] else { unreachable!("all are cells") };
-            Mark::Frame(x, y)
-        });
-        let frames: Vec<Mark> = frames.collect();
-        cells.into_iter().chain(frames).collect()
+        let frames = (0..means.len()).filter(is_marked).map(place);
+        let frames = frames.map(|(x, y)| Mark::Frame(x, y));
+        means.iter().enumerate().map(cell).chain(frames).collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a sample of seeds says of a mean, a share or any number made of all: intervals, and how probable the
 //! like would be by chance. One rule for claims, tables and figures.
 
+use ivx_op::Finding;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{Beta, Binomial, ContinuousCDF as _, DiscreteCDF as _, StudentsT};
@@ -95,13 +96,16 @@ impl Spread {
         Self { estimate, stderr, tail: skewness(&influences) / real(n).sqrt(), n }
     }
 
+    /// The same by Student's t alone.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        Self { tail: 0.0, ..self }
+    }
+
     /// The interval of Student's t, each end stretched by the sample's tail on its side.
     fn interval(&self, confidence: f64) -> (f64, f64) {
         if self.stderr == 0.0 {
             return (self.estimate, self.estimate);
-        }
-        if !self.stderr.is_finite() {
-            return (f64::NAN, f64::NAN);
         }
         let half = self.student().inverse_cdf(0.5 + confidence / 2.0) * self.stderr;
         let [below, above] = [-self.tail, self.tail].map(|tail| half * stretch(tail, self.n));
@@ -113,9 +117,6 @@ impl Spread {
         if self.stderr == 0.0 {
             let on_side = self.estimate < bound || or_equal && self.estimate == bound;
             return if on_side { (1.0 - RARE).powf(real(self.n)) } else { 1.0 };
-        }
-        if !self.stderr.is_finite() || bound.is_nan() {
-            return f64::NAN;
         }
         let t = (bound - self.estimate) / (self.stderr * stretch(self.tail, self.n));
         // Spreads too small for a number leave no quotient.
@@ -139,25 +140,21 @@ impl Spread {
 #[must_use]
 pub fn stretch(tail: f64, n: usize) -> f64 {
     /// One over the number of seeds, and the bound for it.
-    const BOUNDS: [(f64, f64); 3] = [(0.05, 0.15), (0.1, 0.19), (0.2, 0.0)];
+    const MANY: (f64, f64) = (0.05, 0.15);
+    const SOME: (f64, f64) = (0.1, 0.19);
+    const FEW: (f64, f64) = (0.2, 0.0);
     if tail.is_nan() {
         return f64::NAN;
     }
-    let n = real(n.max(5));
+    let n = real(n.max(FEWEST));
     if tail < 0.0 {
         return (1.0 + tail).max(1.0 - 1.0 / n);
     }
     let rate = (200.0 / n).clamp(8.0, 20.0);
-    let [few, some, many] = [BOUNDS[2], BOUNDS[1], BOUNDS[0]];
+    let inverse = (1.0 / n).max(MANY.0);
     let between =
-        |(x0, y0): (f64, f64), (x1, y1): (f64, f64)| y0 + (y1 - y0) * (1.0 / n - x0) / (x1 - x0);
-    let bound = if n >= 20.0 {
-        many.1
-    } else if n >= 10.0 {
-        between(many, some)
-    } else {
-        between(some, few)
-    };
+        |(x0, y0): (f64, f64), (x1, y1): (f64, f64)| y0 + (y1 - y0) * (inverse - x0) / (x1 - x0);
+    let bound = if n >= 10.0 { between(MANY, SOME) } else { between(SOME, FEW) };
     (rate * (tail - bound.max(0.0))).max(0.0).exp()
 }
 
@@ -247,6 +244,9 @@ impl Evidence {
         if self.is_unknown() || bound.is_nan() {
             return f64::NAN;
         }
+        let not_below = |xs: &[f64]| {
+            xs.iter().filter(|x| if or_equal { **x > bound } else { **x >= bound }).count()
+        };
         match self {
             Self::Mean(spread) => spread.p_below(bound, or_equal),
             Self::Share { k, n } => match bound {
@@ -255,23 +255,19 @@ impl Evidence {
                 _ => Binomial::new(bound, *n as u64).map_or(f64::NAN, |law| law.cdf(*k as u64)),
             },
             Self::Percentiles { resamples, n, .. } => {
-                let wrong =
-                    resamples.iter().filter(|x| if or_equal { **x > bound } else { **x >= bound });
-                let share = (real(wrong.count()) + 1.0) / (real(resamples.len()) + 1.0);
+                let share = (real(not_below(resamples)) + 1.0) / (real(resamples.len()) + 1.0);
                 share.max(0.5_f64.powf(real(*n)))
             }
-            Self::Ranks { pairs, n, .. } => {
-                let above =
-                    pairs.iter().filter(|x| if or_equal { **x > bound } else { **x >= bound });
-                cumulative_ranks(*n)[above.count()]
-            }
+            Self::Ranks { pairs, n, .. } => cumulative_ranks(*n)[not_below(pairs)],
         }
     }
 
     /// Whether a number that it is made of is not one.
     fn is_unknown(&self) -> bool {
         match self {
-            Self::Mean(spread) => spread.estimate.is_nan() || spread.tail.is_nan(),
+            Self::Mean(Spread { estimate, stderr, tail, .. }) => {
+                estimate.is_nan() || tail.is_nan() || !stderr.is_finite()
+            }
             Self::Share { .. } => false,
             Self::Percentiles { estimate, resamples, .. } => {
                 estimate.is_nan() || resamples.iter().any(|x| x.is_nan())
@@ -304,7 +300,7 @@ impl Evidence {
 }
 
 /// Fewer seeds decide nothing.
-const FEWEST: usize = 5;
+const FEWEST: usize = Finding::MIN_SEEDS;
 
 /// With which chance a difference that these seeds could have told would have been told.
 const POWER: f64 = 0.8;
@@ -359,7 +355,7 @@ impl Evidence {
     #[must_use]
     pub fn plain_tells(&self, bound: f64, confidence: f64) -> bool {
         let Self::Mean(spread) = self else { return false };
-        let plain = Self::Mean(Spread { tail: 0.0, ..*spread });
+        let plain = Self::Mean(spread.plain());
         let outside = (1.0 - confidence) / 2.0;
         spread.stderr == 0.0 && spread.estimate != bound
             || plain.p_below(bound, false) <= outside

@@ -40,7 +40,7 @@ declare! {
         by: String = "tails";
         /// How many seeds the sides rest on, by the side with fewer; 0 where nothing draws or it is not known.
         seeds: usize = 0;
-        /// What was resampled.
+        /// What was resampled whose seeds lie along no axis.
         behind: Many<Everything<Array>> = Vec::<i64>::new();
         /// Whether the numbers are only compared: they say something of these seeds alone.
         describes: bool = false;
@@ -124,7 +124,7 @@ impl Claim {
                 by if resampled => {
                     let (draws, exchanged) = values[1..].split_at(N_RESAMPLES);
                     let spread = Spread::of_resamples(values[0], draws, exchanged, n);
-                    Evidence::Mean(if by == "t" { Spread { tail: 0.0, ..spread } } else { spread })
+                    Evidence::Mean(if by == "t" { spread.plain() } else { spread })
                 }
                 // One stream for every claim and coordinate: a claim is not stochastic.
                 "bootstrap" => Evidence::bootstrap(
@@ -132,7 +132,7 @@ impl Claim {
                     &mut Ctx { seed: 0, member: None, ..*ctx }.rng("bootstrap", &[]),
                 ),
                 "wilcoxon" => Evidence::ranks(&values),
-                "t" => Evidence::Mean(Spread { tail: 0.0, ..Spread::of_mean(&values) }),
+                "t" => Evidence::Mean(Spread::of_mean(&values).plain()),
                 _ => Evidence::Mean(Spread::of_mean(&values)),
             };
             self.judged(relation, &evidence, 0.0, finding)
@@ -174,7 +174,7 @@ impl Claim {
 
     /// The fewest seeds among what was resampled.
     fn n_behind(&self) -> Result<usize, OpError> {
-        let mut fewest = usize::MAX;
+        let mut fewest = if self.seeds > 0 { self.seeds } else { usize::MAX };
         for array in &self.behind.0 {
             let array = Array::stack(&array.0).map_err(OpError::Failed)?;
             fewest = array.dim(SEED).map_or(fewest, |d| fewest.min(array.dims[d].len()));
@@ -198,11 +198,11 @@ impl Claim {
 
     /// The finding on whether all differences are 0: one that is not decides it.
     fn all_equal(&self, relation: Relation, differences: &[f64], finding: Finding) -> Finding {
-        let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
-        let furthest = furthest.expect("a group is not empty");
         if differences.iter().any(|x| x.is_nan()) {
             return Finding { estimate: f64::NAN, ..finding };
         }
+        let furthest = differences.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let furthest = furthest.expect("a group is not empty");
         if furthest != 0.0 {
             let outcome = relation.compare(furthest, 0.0);
             let p = if outcome == Outcome::Holds { (0.0, 1.0) } else { (1.0, 0.0) };
@@ -219,14 +219,12 @@ impl Claim {
         bound: f64,
         finding: Finding,
     ) -> Finding {
-        let is_condition = |x: &f64| *x == 0.0 || *x == 1.0;
-        if !conditions.iter().all(is_condition) {
+        if conditions.iter().any(|x| x.is_nan()) {
+            return Finding { estimate: f64::NAN, ..finding };
+        }
+        if !conditions.iter().all(|x| *x == 0.0 || *x == 1.0) {
             // A share of numbers is their mean.
-            let evidence = if conditions.iter().any(|x| x.is_nan()) {
-                return Finding { estimate: f64::NAN, ..finding };
-            } else {
-                Evidence::Mean(Spread::of_mean(conditions))
-            };
+            let evidence = Evidence::Mean(Spread::of_mean(conditions));
             return self.judged(relation, &evidence, bound, finding);
         }
         let k = conditions.iter().filter(|x| **x == 1.0).count();
