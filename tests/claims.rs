@@ -203,4 +203,7 @@ experiment e {{
     for words in ["least", "most", "far out", "bent"] {
         assert!(said.contains(&format!("  describes {words}")), "{words}: {said}");
     }
+    // The count of verdicts leaves none out.
+    let page = project.read("results/e/report.html");
+    assert!(page.contains("<b>4</b> <span class=\"badge describes\">"), "the page counts them");
 }

@@ -163,7 +163,7 @@ pub(super) fn status(summary: &Summary) -> &'static str {
 fn verdicts(summary: &Summary) -> Vec<(usize, &str)> {
     let all: Vec<&str> = summary.claims.values().flat_map(|c| c.values()).map(|v| &**v).collect();
     let count = |verdict: &&str| all.iter().filter(|own| *own == verdict).count();
-    let kinds = ["holds", "undecided", "fails", "not run"];
+    let kinds = ["holds", "describes", "undecided", "fails", "not run"];
     kinds.iter().map(|v| (count(v), *v)).filter(|(n, _)| *n > 0).collect()
 }
 

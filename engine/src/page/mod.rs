@@ -87,8 +87,9 @@ fn header(spec: &Spec, outcome: &Outcome, report: &Report, origin: &Origin) -> S
 fn tally(report: &Report) -> String {
     let all = report.results.experiments.values().flat_map(|e| e.claims.values());
     let kinds: Vec<Kind> = all.map(kind).collect();
-    let each =
-        [Kind::Holds, Kind::Fails, Kind::Undecided, Kind::NotRun].into_iter().filter_map(|of| {
+    let each = [Kind::Holds, Kind::Fails, Kind::Undecided, Kind::Describes, Kind::NotRun]
+        .into_iter()
+        .filter_map(|of| {
             let n = kinds.iter().filter(|kind| **kind == of).count();
             (n > 0).then(|| format!("<b>{n}</b> {}", badge(of, true)))
         });
