@@ -149,7 +149,7 @@ pub(super) fn coordinates(dims: &[Dim]) -> Vec<String> {
     texts(dims, |dim, i| format!("{} = {}", dim.name, dim.labels.text(i)))
 }
 
-fn texts(dims: &[Dim], text: impl Fn(&Dim, usize) -> String) -> Vec<String> {
+pub(super) fn texts(dims: &[Dim], text: impl Fn(&Dim, usize) -> String) -> Vec<String> {
     dims.iter().fold(vec![String::new()], |heads, dim| {
         let pair = |head: &String, i| match head.as_str() {
             "" => text(dim, i),

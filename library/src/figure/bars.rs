@@ -7,7 +7,7 @@ use ivx_op::{
 use super::arrange::{arrange, labels, left_over, names};
 use super::drawing::{Axis, Drawing, Mark, Series};
 use super::interval::Estimate;
-use super::panels::panels;
+use super::panels::{panels, spelled};
 use super::render::render;
 use super::scale::placeable;
 
@@ -18,7 +18,7 @@ declare! {
     /// One bar for each label of `by`; over `seed`, the mean with its 95 % interval.
     ///
     /// One more axis gives groups of bars. Where a value is not finite, or beyond 1e300, the figure says `n/a`.
-    pub struct Bars = "bars" @ 4 -> Figure {
+    pub struct Bars = "bars" @ 5 -> Figure {
         /// The heights.
         y: Everything<Array>;
         /// Axes that have a bar for each label.
@@ -61,7 +61,7 @@ fn one_group(facts: &Facts<'_>) -> Result<(), Wrong> {
 /// The series of a panel: one for each label of the axis left over.
 #[expect(clippy::cast_precision_loss, reason = "bars are few")]
 fn series(panel: &str, rest: &[Dim], cells: &[Estimate]) -> Vec<Series> {
-    let groups = labels(rest);
+    let groups = spelled(rest);
     let width = FILLED / groups.len() as f64;
     let left = |group: usize| (group as f64 + 0.5) * width - FILLED / 2.0;
     let of_group = |(group, label): (usize, &String)| {

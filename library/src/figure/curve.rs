@@ -2,17 +2,17 @@
 
 use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, NumericAxis, Op, OpError, Wrong, declare};
 
-use super::arrange::{arrange, labels, names, numbers};
+use super::arrange::{arrange, names, numbers};
 use super::drawing::{Mark, Series, Stroke};
 use super::layer::{Layer, entry};
-use super::panels::panels;
+use super::panels::{panels, spelled};
 
 declare! {
     /// Lines of `y` along `x`.
     ///
     /// Over `seed` a line is the mean, within a band that is its 95 % interval. What `y` also
     /// varies over, such as `member`, gives one thin line each, without bands.
-    pub struct Curve = "curve" @ 4 -> Layer {
+    pub struct Curve = "curve" @ 5 -> Layer {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.
@@ -57,7 +57,7 @@ pub(super) fn curves(
 
     let (facets, by) = all.outer.split_at(facet.0.len());
     let (panel_names, columns) = panels(facets);
-    let by_labels = labels(by);
+    let by_labels = spelled(by);
     let kinds = panel_names.iter().flat_map(|panel| by_labels.iter().map(move |l| (panel, l)));
     let per_kind = all.cells.chunks(all.cells.len() / (panel_names.len() * by_labels.len()));
     let single = all.rest.is_empty();

@@ -63,6 +63,8 @@ pub enum Mark {
     Points(Vec<(f64, f64)>),
     /// A line at `y` across the panel.
     Level(Stroke, f64),
+    /// An upright line at `x` across the panel.
+    Upright(Stroke, f64),
     /// A bar from 0 to `y`, centred at `x`.
     Bar {
         /// The centre.
@@ -91,6 +93,65 @@ pub enum Mark {
     Frame(f64, f64),
     /// Text centred on `(x, y)`, just above it.
     Text(f64, f64, String),
+    /// A circle or rectangle.
+    Shape {
+        /// The centre.
+        at: (f64, f64),
+        /// How wide and how high it is; a circle is as wide.
+        size: (f64, f64),
+        /// What it is.
+        form: Form,
+        /// How it is filled.
+        tint: Tint,
+        /// What stands in it.
+        text: String,
+    },
+    /// An arrow between two shapes.
+    Arrow {
+        /// Where it starts.
+        from: (f64, f64),
+        /// Where its head is.
+        to: (f64, f64),
+        /// How far to the left of the straight way its middle is.
+        bend: f64,
+        /// What stands beside its middle.
+        text: String,
+    },
+}
+
+/// The form of a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Form {
+    /// As for states and marbles.
+    Circle,
+    /// As for cells and boxes.
+    Rectangle,
+}
+
+/// How a shape is filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Tint {
+    /// Not at all.
+    White,
+    /// As what ends an episode.
+    Grey,
+    /// As an action.
+    Black,
+    /// As what pays.
+    Green,
+    /// As what costs.
+    Red,
+}
+
+impl Tint {
+    /// That of a reward.
+    pub(super) fn of(reward: f64) -> Self {
+        match reward {
+            r if r > 0.0 => Self::Green,
+            r if r < 0.0 => Self::Red,
+            _ => Self::White,
+        }
+    }
 }
 
 /// How a line is drawn.
@@ -108,7 +169,9 @@ impl Mark {
     /// How its line is drawn, if it is one.
     pub(super) fn stroke(&self) -> Option<Stroke> {
         match self {
-            Self::Line(stroke, _) | Self::Level(stroke, _) => Some(*stroke),
+            Self::Line(stroke, _) | Self::Level(stroke, _) | Self::Upright(stroke, _) => {
+                Some(*stroke)
+            }
             _ => None,
         }
     }

@@ -9,7 +9,7 @@ use super::render::render;
 
 declare! {
     /// A figure of `y` along `x`: short for `plot(curve(y, x: x, by: by))`.
-    pub struct Lines = "lines" @ 3 -> Figure {
+    pub struct Lines = "lines" @ 4 -> Figure {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.

@@ -18,21 +18,21 @@ impl Drawing {
     }
 }
 
-/// How each series looks: those of one label alike, one without a label like no other of its panel.
+/// How each series looks: those of one label alike, those without a label like no other of their panel, and the same
+/// in each panel.
 ///
 /// Lines bear markers where only colour would tell two of them apart.
 pub(super) fn looks(drawing: &Drawing) -> Vec<Look> {
-    let mut kinds: Vec<&Series> = Vec::new();
+    // The label of each kind; of those without, which one of its panel it is.
+    let mut kinds: Vec<(&str, usize)> = Vec::new();
     let mut indices = Vec::new();
-    for series in &drawing.series {
-        let alike = |kind: &&Series| {
-            let apart =
-                !kind.panel.is_empty() && !series.panel.is_empty() && kind.panel != series.panel;
-            kind.label == series.label && (!series.label.is_empty() || apart)
-        };
-        indices.push(kinds.iter().position(alike).unwrap_or(kinds.len()));
+    for (i, Series { label, panel, .. }) in drawing.series.iter().enumerate() {
+        let nth = |here: &&Series| here.label.is_empty() && here.panel == *panel;
+        let nth = if label.is_empty() { drawing.series[..i].iter().filter(nth).count() } else { 0 };
+        let kind = (label.as_str(), nth);
+        indices.push(kinds.iter().position(|other| *other == kind).unwrap_or(kinds.len()));
         if indices.last() == Some(&kinds.len()) {
-            kinds.push(series);
+            kinds.push(kind);
         }
     }
     let n_kinds_with = |stroke: Stroke| {
@@ -78,5 +78,11 @@ mod tests {
             series.panel = panel.into();
         }
         assert_eq!(indices(&apart), [0, 0, 0]);
+        let mut pairs = all(["", "", ""]);
+        pairs.series.push(pairs.series[2].clone());
+        for (series, panel) in pairs.series.iter_mut().zip(["p", "p", "q", "q"]) {
+            series.panel = panel.into();
+        }
+        assert_eq!(indices(&pairs), [0, 1, 0, 1]);
     }
 }

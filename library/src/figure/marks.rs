@@ -3,6 +3,7 @@
 use super::drawing::{Mark, Stroke};
 use super::heat::cell;
 use super::scale::{Scale, placeable};
+use super::shapes::{arrow, shape};
 use super::text::{escape, px};
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito), without the pale yellow.
@@ -66,6 +67,16 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
             }
             out
         }
+        Mark::Upright(_, x) if !placeable(*x) => Vec::new(),
+        Mark::Upright(stroke, x) => {
+            let (x, _) = at(*x, panel.y.low);
+            let mut out = vec![polyline(*stroke, look, &[(x, panel.height), (x, 0.0)])];
+            if look.marked && *stroke != Stroke::Thin {
+                let places = level_markers(look).map(|share| (x, share * panel.height));
+                out.extend(places.map(|place| marker(look, place, 3.0)));
+            }
+            out
+        }
         Mark::Bar { y, .. } if !placeable(*y) => Vec::new(),
         Mark::Bar { x, width, y, whisker } => {
             let ((left, end), (right, foot)) = (at(x - width / 2.0, *y), at(x + width / 2.0, 0.0));
@@ -97,6 +108,10 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
                 escape(text)
             )]
         }
+        Mark::Shape { at, size, form, tint, text } => {
+            shape(*at, *size, (*form, *tint), text, panel)
+        }
+        Mark::Arrow { from, to, bend, text } => arrow(*from, *to, *bend, text, panel),
     }
 }
 
@@ -372,6 +387,8 @@ mod tests {
         assert_eq!(count(Stroke::Solid, PLAIN), 1);
         assert_eq!(count(Stroke::Thin, marked), 1);
         assert_eq!(draw(&Mark::Level(Stroke::Dashed, 5.0), marked, &PANEL).len(), 3);
+        let upright = draw(&Mark::Upright(Stroke::Dashed, 5.0), PLAIN, &PANEL);
+        assert!(upright[0].contains(r#"points="5,10 5,0""#), "{upright:?}");
     }
 
     #[test]

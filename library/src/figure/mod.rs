@@ -19,32 +19,39 @@ mod legend;
 mod level;
 mod lines;
 mod looks;
+mod marbles;
 mod marks;
 mod page;
 mod panels;
+mod paths;
 mod plot;
 mod points;
 mod render;
 mod scale;
 mod scatter;
+mod shapes;
 mod table;
 mod text;
+mod transition_graph;
 
 use ivx_op::Registry;
 
 pub use band::Band;
 pub use bars::Bars;
 pub use curve::Curve;
-pub use drawing::{Mark, Series, Stroke};
+pub use drawing::{Form, Mark, Series, Stroke, Tint};
 pub use heatmap::Heatmap;
 pub use histogram::Histogram;
 pub use layer::Layer;
 pub use level::Level;
 pub use lines::Lines;
+pub use marbles::Marbles;
+pub use paths::Paths;
 pub use plot::Plot;
 pub use points::Points;
 pub use scatter::Scatter;
 pub use table::Tabulate;
+pub use transition_graph::TransitionGraph;
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
@@ -56,10 +63,13 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Histogram>()
         .op::<Level>()
         .op::<Lines>()
+        .op::<Marbles>()
+        .op::<Paths>()
         .op::<Plot>()
         .op::<Points>()
         .op::<Scatter>()
         .op::<Tabulate>()
+        .op::<TransitionGraph>()
 }
 
 #[cfg(test)]

@@ -16,6 +16,9 @@ const GAP: f64 = 14.0;
 /// What the name of a panel takes.
 const NAME: f64 = 17.0;
 
+/// The most pixels that a unit of a diagram has.
+const UNIT: f64 = 44.0;
+
 /// Where everything lies, in pixels.
 pub(super) struct Page {
     pub(super) width: f64,
@@ -147,6 +150,14 @@ fn size(drawing: &Drawing, columns: usize, named: bool) -> (f64, f64) {
         let said = said.fold(0.0, f64::max);
         let broad = if said <= room / across { said } else { 0.0 };
         return (across * square.min(wide).max(broad), down * square.min(high));
+    }
+    let is_diagram = marks().any(|mark| matches!(mark, Mark::Shape { .. }));
+    if let (true, Some((left, right)), Some((low, high))) =
+        (is_diagram, drawing.x.range, drawing.y.range)
+    {
+        // A unit is as high as it is wide.
+        let unit = (640.0 / (right - left)).min(UNIT);
+        return ((right - left) * unit, (high - low) * unit);
     }
     if !named {
         let room_for_names = count(n_names) * (5.0 * count(n_series)).max(16.0);

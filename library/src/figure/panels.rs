@@ -2,26 +2,22 @@
 
 use ivx_op::{Dim, Labels};
 
+use super::arrange::texts;
+
 /// The names of panels and how many stand side by side: the labels of the last of several axes; for
 /// one axis or none, as many as look well.
 pub(super) fn panels(dims: &[Dim]) -> (Vec<String>, usize) {
-    let names = dims.iter().fold(vec![String::new()], |heads, dim| {
-        let pair = |head: &String, i| match head.as_str() {
-            "" => spelled(dim, i),
-            _ => format!("{head}, {}", spelled(dim, i)),
-        };
-        heads.iter().flat_map(|head| (0..dim.len()).map(move |i| pair(head, i))).collect()
-    });
     let columns = if let [_, .., last] = dims { last.len() } else { 0 };
-    (names, columns)
+    (spelled(dims), columns)
 }
 
-/// A label; a number says what it is of.
-fn spelled(dim: &Dim, i: usize) -> String {
-    match dim.labels {
+/// One text a coordinate of the product of dimensions, last fastest, where numbers say what they are of; one empty
+/// text for none.
+pub(super) fn spelled(dims: &[Dim]) -> Vec<String> {
+    texts(dims, |dim, i| match dim.labels {
         Labels::Numbers(_) => format!("{} = {}", dim.name, dim.labels.text(i)),
         Labels::Names(_) => dim.labels.text(i),
-    }
+    })
 }
 
 #[cfg(test)]

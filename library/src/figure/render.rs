@@ -90,12 +90,14 @@ fn marks(
 /// What lies below what: areas, then many thin lines, then lines, then points and text.
 fn depth(mark: &Mark) -> u8 {
     match mark {
-        Mark::Band(_) | Mark::Bar { .. } | Mark::Cell { .. } => 0,
-        Mark::Line(Stroke::Thin, _) | Mark::Level(Stroke::Thin, _) => 1,
-        Mark::Level(..) => 2,
+        Mark::Band(_) | Mark::Bar { .. } | Mark::Cell { .. } | Mark::Shape { .. } => 0,
+        Mark::Line(Stroke::Thin, _)
+        | Mark::Level(Stroke::Thin, _)
+        | Mark::Upright(Stroke::Thin, _) => 1,
+        Mark::Level(..) | Mark::Upright(..) => 2,
         Mark::Line(..) => 3,
         Mark::Points(_) => 4,
-        Mark::Frame(..) | Mark::Text(..) => 5,
+        Mark::Frame(..) | Mark::Text(..) | Mark::Arrow { .. } => 5,
     }
 }
 

@@ -131,11 +131,16 @@ fn extent(mark: &Mark) -> (Vec<f64>, Vec<f64>) {
             (xs, whole.iter().flat_map(|point| [point.1, point.2]).collect())
         }
         Mark::Level(_, y) => (Vec::new(), vec![*y]),
+        Mark::Upright(_, x) => (vec![*x], Vec::new()),
         Mark::Bar { x, width, y, whisker } => {
             let xs = vec![x - width / 2.0, x + width / 2.0];
             (xs, whisker.iter().flat_map(|(low, high)| [*low, *high]).chain([*y]).collect())
         }
-        Mark::Text(x, y, _) | Mark::Frame(x, y) | Mark::Cell { x, y, .. } => (vec![*x], vec![*y]),
+        Mark::Text(x, y, _)
+        | Mark::Frame(x, y)
+        | Mark::Cell { x, y, .. }
+        | Mark::Shape { at: (x, y), .. } => (vec![*x], vec![*y]),
+        Mark::Arrow { from, to, .. } => (vec![from.0, to.0], vec![from.1, to.1]),
     }
 }
 

@@ -2,15 +2,15 @@
 
 use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare};
 
-use super::arrange::{Arranged, arrange, called, labels, names};
+use super::arrange::{Arranged, arrange, called, names};
 use super::drawing::{Axis, Drawing, Mark, Series};
-use super::panels::panels;
+use super::panels::{panels, spelled};
 use super::render::render;
 
 declare! {
     /// A point at `(x, y)` for each label of all that the two vary over, which must be the same; over `seed`,
     /// at the two means.
-    pub struct Scatter = "scatter" @ 2 -> Figure {
+    pub struct Scatter = "scatter" @ 3 -> Figure {
         /// How far to the right.
         x: Everything<Array>;
         /// How far up.
@@ -37,7 +37,7 @@ impl Op for Scatter {
         }
         let (facets, by) = y.outer.split_at(self.facet.0.len());
         let (panel_names, columns) = panels(facets);
-        let by_labels = labels(by);
+        let by_labels = spelled(by);
         let points: Vec<(f64, f64)> =
             x.cells.iter().zip(&y.cells).map(|(x, y)| (x.mean, y.mean)).collect();
         let each = points.len() / (panel_names.len() * by_labels.len());

@@ -1,6 +1,7 @@
 //! Text and numbers inside an SVG file.
 
 use ivx_op::escape::xml;
+use ivx_op::shown;
 
 /// The text with what XML reserves written out, and control characters as spaces.
 pub(super) fn escape(text: &str) -> String {
@@ -29,6 +30,12 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(em).sum::<f64>() * size
 }
 
+/// A probability to a thousandth; a smaller one as it is.
+pub(super) fn chance(p: f64) -> String {
+    let text = if p < 0.0005 { shown(p) } else { ((p * 1e3).round() / 1e3).to_string() };
+    text.replace('-', "−")
+}
+
 /// `×10ⁿ`.
 pub(super) fn power_of_ten(exponent: i32) -> String {
     let raised = |c: char| match c {
@@ -54,6 +61,12 @@ mod tests {
     fn coordinates_are_short_and_bounded() {
         let found = [1.0, -0.001, 1.0 / 3.0, -2.346, 1e300].map(px);
         assert_eq!(found, ["1", "0", "0.33", "-2.35", "100000"]);
+    }
+
+    #[test]
+    fn chances_have_no_digits_of_rounding() {
+        let found = [1.0, 1.0 - 0.9, 1.0 / 3.0, 1e-7].map(chance);
+        assert_eq!(found, ["1", "0.1", "0.333", "1e−7"]);
     }
 
     #[test]

@@ -12,7 +12,6 @@ use super::{Features, Prior};
 use crate::artifact::{Dataset, Posterior};
 use crate::env::{Points, curve};
 use crate::math::linear_gaussian;
-use crate::math::moments::real;
 
 /// Turns data into a belief about parameters.
 pub trait Inference: Debug + Send + Sync {
@@ -127,10 +126,41 @@ declare! {
 impl Op for PosteriorStd {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let places = 0..self.posterior.mean.len();
-        let labels = Labels::Numbers(places.clone().map(real).collect());
         let stds = places.map(|i| self.posterior.covariance(i, i).sqrt()).collect();
-        Ok(Array::series(Dim::new("coefficient", labels), stds))
+        Ok(Array::series(coefficients(&self.posterior), stds))
     }
+}
+
+declare! {
+    /// The density of each coefficient at places, whatever the others are (Figure 2.1).
+    pub struct PosteriorDensity = "posterior_density" @ 1 -> Array [coefficient, x] {
+        /// The belief.
+        posterior: One<Posterior>;
+        /// The values a coefficient may have.
+        at: Box<dyn Points>;
+    }
+}
+
+impl Op for PosteriorDensity {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let points = self.at.points()?;
+        let mut values = Vec::with_capacity(self.posterior.mean.len() * points.len());
+        for (i, mean) in self.posterior.mean.iter().enumerate() {
+            let std = self.posterior.covariance(i, i).sqrt();
+            values.extend(points.iter().map(|x| normal_density((x - mean) / std) / std));
+        }
+        let x = Dim::new("x", Labels::Numbers(points));
+        Ok(Array { dims: vec![coefficients(&self.posterior), x], values })
+    }
+}
+
+/// The density of the standard normal distribution.
+fn normal_density(z: f64) -> f64 {
+    (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt()
+}
+
+fn coefficients(posterior: &Posterior) -> Dim {
+    Dim::new("coefficient", Labels::count(posterior.mean.len()))
 }
 
 declare! {
@@ -190,6 +220,19 @@ mod tests {
         // y ~ N(0, [[2, 1], [1, 2]]): determinant 3, (3, 3) at squared distance 6.
         let evidence = LogEvidence { posterior }.run(&CTX).unwrap();
         close(evidence.values[0], -std::f64::consts::TAU.ln() - 0.5 * 3.0_f64.ln() - 3.0);
+    }
+
+    #[test]
+    fn densities_integrate_to_one_and_peak_at_the_mean() {
+        // The belief of the test above: normal with mean 2 and variance 1/3.
+        let posterior = infer(0, 1.0, Dataset::pairs(vec![0.0, 1.0], vec![3.0, 3.0]));
+        let at = Box::new(Grid { low: -2.0, high: 6.0, points: 801 });
+        let density = PosteriorDensity { posterior, at }.run(&CTX).unwrap();
+        assert_eq!(density.dims.iter().map(Dim::len).collect::<Vec<_>>(), [1, 801]);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
+        close(density.values.iter().sum::<f64>() * 0.01, 1.0);
+        close(density.values[400], (3.0 / std::f64::consts::TAU).sqrt());
+        close(density.values[300], density.values[400] * (-1.5_f64).exp());
     }
 
     #[test]

@@ -22,7 +22,8 @@ use crate::nn::Misfit;
 pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
 pub use infer::{
-    Infer, Inference, LinearBayes, LogEvidence, PosteriorStd, PredictiveMean, PredictiveStd,
+    Infer, Inference, LinearBayes, LogEvidence, PosteriorDensity, PosteriorStd, PredictiveMean,
+    PredictiveStd,
 };
 pub use linear::{LinearMap, LinearMle};
 pub use map_estimate::MapEstimate;
@@ -97,6 +98,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Infer>()
         .op::<PredictiveMean>()
         .op::<PredictiveStd>()
+        .op::<PosteriorDensity>()
         .op::<PosteriorStd>()
         .op::<LogEvidence>()
 }

@@ -1,0 +1,178 @@
+//! Finite decision processes as graphs.
+
+use ivx_op::{Ctx, Figure, Op, OpError, declare, shown};
+
+use super::drawing::{Axis, Drawing, Form, Mark, Series, Tint};
+use super::page::count;
+use super::render::render;
+use super::text::chance;
+use crate::env::{Env, Mdp};
+
+declare! {
+    /// The transition graph of a world (Figures 2.7 and 2.8): white nodes are states, black ones actions, and grey
+    /// squares states that end an episode. Arrows say how probably a state follows, where that is not
+    /// certain, and actions what they pay, where that is not 0.
+    pub struct TransitionGraph = "transition_graph" @ 1 -> Figure {
+        /// The world.
+        of: Box<dyn Env>;
+        /// How many states stand in a row; where 0, all of them.
+        columns: usize = 0, in 0.0..=1e4;
+        /// Above the graph.
+        title: String = "";
+    }
+}
+
+/// More actions in states than these cannot be told apart.
+const MOST: usize = 200;
+
+/// How far apart states are.
+const APART: f64 = 3.0;
+
+/// How large they are.
+const WIDE: f64 = 0.9;
+
+/// How far from them their actions are.
+const OFF: f64 = 1.1;
+
+impl Op for TransitionGraph {
+    fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
+        let mdp = self.of.mdp()?;
+        let n = mdp.n_states();
+        if n * mdp.n_actions() > MOST {
+            return Err(OpError::Failed(format!(
+                "{n} states with {} actions each are too many for a graph: show it as a `heatmap`",
+                mdp.n_actions()
+            )));
+        }
+        let columns = if self.columns == 0 { n } else { self.columns.min(n) };
+        let rows = n.div_ceil(columns);
+        let place = |s: usize| (APART * count(s % columns), APART * count(rows - 1 - s / columns));
+        let mut marks = Vec::new();
+        for s in 0..n {
+            if !mdp.terminal[s] {
+                (0..mdp.n_actions()).for_each(|a| marks.extend(action(&mdp, (s, a), place)));
+            }
+            marks.push(state(&mdp, s, place(s)));
+        }
+        let axis = |n: usize| Axis {
+            range: Some((-1.8, APART * count(n - 1) + 1.8)),
+            bare: true,
+            ..Axis::default()
+        };
+        let (x, y) = (axis(columns), axis(rows));
+        let series = vec![Series { marks, ..Series::default() }];
+        Ok(render(&Drawing { title: self.title.clone(), x, y, series, ..Drawing::default() }))
+    }
+}
+
+fn state(mdp: &Mdp, state: usize, at: (f64, f64)) -> Mark {
+    let (form, tint) = if mdp.terminal[state] {
+        (Form::Rectangle, Tint::Grey)
+    } else {
+        (Form::Circle, Tint::White)
+    };
+    Mark::Shape { at, size: (WIDE, WIDE), form, tint, text: state.to_string() }
+}
+
+/// The node of an action between its state and where it leads, with what goes in and comes out.
+fn action(
+    mdp: &Mdp,
+    (state, action): (usize, usize),
+    place: impl Fn(usize) -> (f64, f64),
+) -> Vec<Mark> {
+    let from = place(state);
+    let at = beside(mdp, (state, action), &place);
+    let mut marks = vec![Mark::Arrow {
+        from: short(at, from, WIDE / 2.0),
+        to: short(from, at, 0.12),
+        bend: 0.0,
+        text: String::new(),
+    }];
+    let next = mdp.next(state, action);
+    for (to, p) in next.iter().enumerate().filter(|(_, p)| **p > 0.0) {
+        let text = if *p == 1.0 { String::new() } else { chance(*p) };
+        let bend = if to == state { 0.45 } else { 0.2 };
+        marks.push(Mark::Arrow { from: at, to: short(at, place(to), WIDE / 2.0), bend, text });
+    }
+    let size = (0.24, 0.24);
+    marks.push(Mark::Shape {
+        at,
+        size,
+        form: Form::Circle,
+        tint: Tint::Black,
+        text: String::new(),
+    });
+    let pays = mdp.reward(state, action);
+    let pays = if pays == 0.0 { String::new() } else { format!(": {}", shown(pays)) };
+    let text = format!("{}{pays}", mdp.actions[action]).replace('-', "−");
+    let outside = (at.0 - from.0, at.1 - from.1);
+    let below = outside.1 < 0.0;
+    marks.push(Mark::Text(at.0, at.1 + if below { -0.55 } else { 0.1 }, text));
+    marks
+}
+
+/// Where an action's node is: to the left of the way to where it mostly leads; where that is nowhere else, above, and
+/// turned by a part of a circle for each action.
+fn beside(
+    mdp: &Mdp,
+    (state, action): (usize, usize),
+    place: impl Fn(usize) -> (f64, f64),
+) -> (f64, f64) {
+    let (x, y) = place(state);
+    let next = mdp.next(state, action).iter().enumerate().filter(|(s, _)| *s != state);
+    let away = next.filter(|(_, p)| **p > 0.0).map(|(s, p)| (place(s), *p));
+    let (dx, dy) = away
+        .fold((0.0, 0.0), |(dx, dy), ((to_x, to_y), p)| (dx + p * (to_x - x), dy + p * (to_y - y)));
+    let angle = if dx.hypot(dy) < 1e-9 {
+        std::f64::consts::TAU * (0.25 + count(action) / count(mdp.n_actions()))
+    } else {
+        dy.atan2(dx) + std::f64::consts::TAU / 9.0
+    };
+    (x + OFF * angle.cos(), y + OFF * angle.sin())
+}
+
+/// A place on the way that is `by` short of its end.
+fn short(from: (f64, f64), to: (f64, f64), by: f64) -> (f64, f64) {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let share = 1.0 - (by / dx.hypot(dy).max(1e-9)).min(1.0);
+    (from.0 + share * dx, from.1 + share * dy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::env::{Chain, Gridworld};
+
+    fn graph(of: Box<dyn Env>) -> Result<String, String> {
+        let graph = TransitionGraph { of, columns: 0, title: String::new() };
+        let figure = graph.run(&Ctx::new("transition_graph", 0, None));
+        figure.map(|figure| figure.files["svg"].clone()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_chain_has_its_states_actions_and_chances() {
+        let found = graph(Box::new(Chain { cells: 4, slip: 0.1, goal: true })).unwrap();
+        // Three states to act in, with two actions each; the goal is a square.
+        assert_eq!(found.matches("<circle").count(), 3 + 6);
+        assert_eq!(found.matches(r##"fill="#d4d4d4""##).count(), 1);
+        let texts = |text: &str| found.matches(&format!(">{text}<")).count();
+        // LEFT in the first cell leads nowhere else, and so is certain to stay.
+        assert_eq!([texts("LEFT"), texts("RIGHT"), texts("RIGHT: 1")], [3, 2, 1]);
+        assert_eq!([texts("0.9"), texts("0.1"), texts("1")], [2, 2, 1]);
+    }
+
+    #[test]
+    fn actions_there_and_back_are_on_two_sides() {
+        let mdp = Chain { cells: 3, slip: 0.0, goal: false }.mdp().unwrap();
+        let place = |s: usize| (APART * count(s), 0.0);
+        let (right, left) = (beside(&mdp, (0, 1), place), beside(&mdp, (1, 0), place));
+        assert!(right.1 > 0.3 && left.1 < -0.3, "{right:?} {left:?}");
+        assert!(right.0 > 0.3 && left.0 < 2.7, "{right:?} {left:?}");
+    }
+
+    #[test]
+    fn what_is_too_large_is_refused() {
+        let why = graph(Box::new(Gridworld { size: 8, wind: 0.0 })).unwrap_err();
+        assert!(why.contains("64 states with 4 actions each are too many"), "{why}");
+    }
+}
