@@ -21,6 +21,10 @@ declare! {
 }
 
 impl Env for GoalWorld {
+    fn columns(&self) -> Option<usize> {
+        Some(self.size)
+    }
+
     fn mdp(&self) -> Result<Mdp, OpError> {
         let n = self.size;
         let (goal, trap) =

@@ -19,6 +19,10 @@ declare! {
 }
 
 impl Env for Gridworld {
+    fn columns(&self) -> Option<usize> {
+        Some(self.size)
+    }
+
     fn mdp(&self) -> Result<Mdp, OpError> {
         let n = self.size;
         let n_states = n * n;

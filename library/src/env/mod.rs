@@ -116,6 +116,11 @@ pub trait Env: Debug + Send + Sync {
     /// If the description is no environment.
     fn mdp(&self) -> Result<Mdp, OpError>;
 
+    /// How many cells a row has, where states are cells of a grid, row after row from the top.
+    fn columns(&self) -> Option<usize> {
+        None
+    }
+
     /// Whether it ever pays anything: without, there is nothing to be learned from its rewards.
     fn pays(&self) -> bool {
         true

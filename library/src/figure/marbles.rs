@@ -26,8 +26,8 @@ const ROOM: (f64, f64) = (1.4, 1.6);
 /// Between boxes.
 const GAP: f64 = 0.7;
 
-/// More marbles than these have no room in one picture.
-const MOST: usize = 100;
+/// More marbles beside each other, or lotteries above each other, have no room.
+const MOST: usize = 8;
 
 /// A box: the lotteries that it may be, and how probable each is.
 struct Choice<'a> {
@@ -45,9 +45,11 @@ impl Op for Marbles {
             let models = models.iter().map(|lottery| lottery.atoms()).collect::<Result<_, _>>()?;
             choices.push(Choice { name, models, weights });
         }
-        let n: usize = choices.iter().flat_map(|c| &c.models).map(|(x, _)| x.len()).sum();
-        if n > MOST {
-            return Err(OpError::Failed(format!("{n} outcomes are too many to be drawn")));
+        let sizes = choices.iter().flat_map(|c| c.models.iter().map(|(x, _)| x.len()));
+        let most = sizes.chain(choices.iter().map(|c| c.models.len())).max().unwrap_or(0);
+        if most > MOST {
+            let message = format!("there is room for {MOST} marbles in a row, and here are {most}");
+            return Err(OpError::Failed(message));
         }
         let high = ROOM.1 * count(choices.iter().map(|c| c.models.len()).max().unwrap_or(1));
         let mut left = 0.0;

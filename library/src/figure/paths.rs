@@ -9,8 +9,8 @@ use crate::artifact::{Episode, Rollouts};
 use crate::env::{Env, Mdp};
 
 declare! {
-    /// Episodes as paths over the states of a world (Figure 2.6a), which are the cells of a grid, row after row from
-    /// the top. States that end an episode are coloured, and say what coming there pays.
+    /// Episodes as paths over the cells of a world (Figure 2.6a), from a circle to an arrow. Cells that end an
+    /// episode are coloured, and say what coming there pays.
     pub struct Paths = "paths" @ 1 -> Figure {
         /// The episodes.
         of: One<Rollouts>;
@@ -18,31 +18,26 @@ declare! {
         r#in: Box<dyn Env>;
         /// How many are drawn: the first of them.
         episodes: usize = 6, in 1.0..=49.0;
-        /// How many cells a row has; where 0, as many as there are rows if that is possible, and else all of
-        /// them.
-        columns: usize = 0, in 0.0..=1e4;
         /// Above the cells.
         title: String = "";
     }
 }
 
+/// More cells than these cannot be told apart.
+const MOST: usize = 1600;
+
+/// So many cells beside each other have room for a number.
+const ROOM: usize = 20;
+
 impl Op for Paths {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let mdp = self.r#in.mdp()?;
         let n = mdp.n_states();
-        if n != self.of.n_states {
-            let message =
-                format!("the episodes are of {} states, the world has {n}", self.of.n_states);
-            return Err(OpError::Failed(message));
-        }
-        let columns = match self.columns {
-            0 if n.isqrt().pow(2) == n => n.isqrt(),
-            0 => n,
-            given => given.min(n),
-        };
+        let columns = self.r#in.columns().unwrap_or(n);
+        self.fits(&mdp, columns)?;
         let rows = n.div_ceil(columns);
         let place = |s: usize| (count(s % columns), count(rows - 1 - s / columns));
-        let cells = (0..n).flat_map(|s| cell(&mdp, s, place(s))).collect();
+        let cells = (0..n).flat_map(|s| cell(&mdp, s, place(s), columns <= ROOM)).collect();
         let mut series = vec![Series { marks: cells, ..Series::default() }];
         let shown = self.of.episodes.iter().take(self.episodes).enumerate();
         series.extend(shown.map(|(i, episode)| path(episode, apart(i), place)));
@@ -56,13 +51,39 @@ impl Op for Paths {
     }
 }
 
+impl Paths {
+    /// Whether there is something to draw, and every step is one that the world can make.
+    fn fits(&self, mdp: &Mdp, columns: usize) -> Result<(), OpError> {
+        let (n, of) = (mdp.n_states(), self.of.n_states);
+        let steps = self.of.episodes.iter().flat_map(|e| e.states.windows(2).zip(&e.actions));
+        let why = if n > MOST || columns > 100 {
+            format!("{n} cells are too many to be drawn")
+        } else if self.of.episodes.is_empty() {
+            "there are no episodes to draw".to_owned()
+        } else if of != n || self.of.actions != mdp.actions {
+            format!("the episodes are of another world: of {of} states, and this one has {n}")
+        } else if let Some((pair, action)) =
+            { steps }.find(|(pair, action)| mdp.next(pair[0], **action)[pair[1]] == 0.0)
+        {
+            let (action, pair) = (&mdp.actions[*action], (pair[0], pair[1]));
+            format!(
+                "the episodes are of another world: in this one {action} does not lead from {} to {}",
+                pair.0, pair.1
+            )
+        } else {
+            return Ok(());
+        };
+        Err(OpError::Failed(why))
+    }
+}
+
 /// How far a path lies from the middles of its cells, so that those of several are seen.
 fn apart(i: usize) -> f64 {
     [0.0, 0.12, -0.12, 0.24, -0.24, 0.36, -0.36][i % 7]
 }
 
-/// A cell, and in its lower corner what it pays.
-fn cell(mdp: &Mdp, state: usize, at: (f64, f64)) -> Vec<Mark> {
+/// A cell, and what it pays: in its lower corner where there is room.
+fn cell(mdp: &Mdp, state: usize, at: (f64, f64), has_room: bool) -> Vec<Mark> {
     let pays = mdp.terminal[state].then(|| entered(mdp, state)).flatten();
     let tint = match (mdp.terminal[state], pays) {
         (true, Some(pays)) if pays != 0.0 => Tint::of(pays),
@@ -72,7 +93,8 @@ fn cell(mdp: &Mdp, state: usize, at: (f64, f64)) -> Vec<Mark> {
     let (size, form, text) = ((1.0, 1.0), Form::Rectangle, String::new());
     let mut marks = vec![Mark::Shape { at, size, form, tint, text }];
     let pays = pays.map(|pays| shown(pays).replace('-', "−"));
-    marks.extend(pays.map(|pays| Mark::Text(at.0 + 0.34, at.1 - 0.47, pays)));
+    let corner = if has_room { (at.0 + 0.3, at.1 - 0.45) } else { (at.0, at.1 - 0.4) };
+    marks.extend(pays.map(|pays| Mark::Text(corner.0, corner.1, pays)));
     marks
 }
 
@@ -90,7 +112,9 @@ fn path(episode: &Episode, by: f64, place: impl Fn(usize) -> (f64, f64)) -> Seri
     };
     let mut way: Vec<(f64, f64)> = episode.states.iter().map(at).collect();
     way.dedup();
-    let mut marks = vec![Mark::Points(way[..1].to_vec()), Mark::Line(Stroke::Solid, way.clone())];
+    let (size, text) = ((0.28, 0.28), String::new());
+    let start = Mark::Shape { at: way[0], size, form: Form::Circle, tint: Tint::White, text };
+    let mut marks = vec![start, Mark::Line(Stroke::Solid, way.clone())];
     if let [.., from, to] = way[..] {
         marks.push(Mark::Arrow { from, to, bend: 0.0, text: String::new() });
     }
@@ -102,12 +126,15 @@ mod tests {
     use super::*;
     use crate::env::GoalWorld;
 
-    fn paths(states: Vec<usize>, n_states: usize) -> Result<String, String> {
+    fn paths(walks: &[(&[usize], &[usize])], n_states: usize) -> Result<String, String> {
         let actions = ["UP", "DOWN", "LEFT", "RIGHT"].map(str::to_owned).to_vec();
-        let episode = Episode { states, ended: true, ..Episode::default() };
-        let of = One(Rollouts { n_states, actions, episodes: vec![episode.clone(), episode] });
+        let episodes = walks.iter().map(|(states, actions)| {
+            let (states, actions) = (states.to_vec(), actions.to_vec());
+            Episode { states, actions, ended: true, ..Episode::default() }
+        });
+        let of = One(Rollouts { n_states, actions, episodes: episodes.collect() });
         let r#in = Box::new(GoalWorld { size: 3, goal: vec![0, 1], trap: vec![1, 1] });
-        let paths = Paths { of, r#in, episodes: 1, columns: 0, title: String::new() };
+        let paths = Paths { of, r#in, episodes: 1, title: String::new() };
         let figure = paths.run(&Ctx::new("paths", 0, None));
         figure.map(|figure| figure.files["svg"].clone()).map_err(|error| error.to_string())
     }
@@ -115,7 +142,8 @@ mod tests {
     #[test]
     fn a_path_goes_from_cell_to_cell_and_ends_are_coloured() {
         // Down from the top right corner, against the wall, and back.
-        let found = paths(vec![2, 5, 5, 2, 1], 9).unwrap();
+        let walk: (&[_], &[_]) = (&[2, 5, 5, 2, 1], &[1, 3, 0, 2]);
+        let found = paths(&[walk, walk], 9).unwrap();
         assert_eq!(found.matches("<rect x=").count(), 9);
         assert_eq!((found.matches(">1<").count(), found.matches(">−1<").count()), (1, 1));
         let way = found.lines().find(|line| line.contains("<polyline")).unwrap();
@@ -126,7 +154,12 @@ mod tests {
 
     #[test]
     fn episodes_of_another_world_are_refused() {
-        let why = paths(vec![2, 1], 4).unwrap_err();
-        assert_eq!(why, "the episodes are of 4 states, the world has 9");
+        let why = |walks: &[(&[usize], &[usize])], n| paths(walks, n).unwrap_err();
+        let another = "the episodes are of another world: ";
+        let fewer = why(&[(&[2, 1], &[2])], 4);
+        assert_eq!(fewer, format!("{another}of 4 states, and this one has 9"));
+        let jumps = why(&[(&[2, 5], &[2])], 9);
+        assert_eq!(jumps, format!("{another}in this one LEFT does not lead from 2 to 5"));
+        assert_eq!(why(&[], 9), "there are no episodes to draw");
     }
 }

@@ -30,10 +30,22 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(em).sum::<f64>() * size
 }
 
-/// A probability to a thousandth; a smaller one as it is.
+/// A probability to a thousandth; where that would be 0 or 1, to as many digits as tell it from these.
 pub(super) fn chance(p: f64) -> String {
-    let text = if p < 0.0005 { shown(p) } else { ((p * 1e3).round() / 1e3).to_string() };
-    text.replace('-', "−")
+    let decimals = (3..=15).find(|n| {
+        let near = rounded(p, *n);
+        (near == 0.0) == (p == 0.0) && (near == 1.0) == (p == 1.0)
+    });
+    match decimals {
+        Some(n) if p == 0.0 || p >= 1e-4 => rounded(p, n).to_string(),
+        None => p.to_string(),
+        Some(_) => shown(p).replace('-', "−"),
+    }
+}
+
+fn rounded(p: f64, decimals: i32) -> f64 {
+    let unit = 10_f64.powi(decimals);
+    (p * unit).round() / unit
 }
 
 /// `×10ⁿ`.
@@ -64,9 +76,13 @@ mod tests {
     }
 
     #[test]
-    fn chances_have_no_digits_of_rounding() {
-        let found = [1.0, 1.0 - 0.9, 1.0 / 3.0, 1e-7].map(chance);
-        assert_eq!(found, ["1", "0.1", "0.333", "1e−7"]);
+    fn chances_have_no_digits_of_rounding_and_only_certain_ones_are_1() {
+        let given = [1.0, 1.0 - 0.9, 1.0 / 3.0, 0.075, 0.9999, 0.0001, 1e-12, 0.0];
+        let found = given.map(chance);
+        let expected = ["1", "0.1", "0.333", "0.075", "0.9999", "0.0001", "1e−12", "0"];
+        assert_eq!(found, expected);
+        assert_eq!(chance(1.0 - 1e-16), "0.9999999999999999");
+        assert_eq!(chance(1.0 - 1e-12), "0.999999999999");
     }
 
     #[test]

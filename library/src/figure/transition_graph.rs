@@ -1,5 +1,7 @@
 //! Finite decision processes as graphs.
 
+use std::f64::consts::TAU;
+
 use ivx_op::{Ctx, Figure, Op, OpError, declare, shown};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Tint};
@@ -15,15 +17,16 @@ declare! {
     pub struct TransitionGraph = "transition_graph" @ 1 -> Figure {
         /// The world.
         of: Box<dyn Env>;
-        /// How many states stand in a row; where 0, all of them.
-        columns: usize = 0, in 0.0..=1e4;
         /// Above the graph.
         title: String = "";
     }
 }
 
-/// More actions in states than these cannot be told apart.
-const MOST: usize = 200;
+/// More arrows than these cannot be told apart.
+const MOST: usize = 120;
+
+/// And no more states in a row.
+const ROW: usize = 12;
 
 /// How far apart states are.
 const APART: f64 = 3.0;
@@ -38,13 +41,18 @@ impl Op for TransitionGraph {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let mdp = self.of.mdp()?;
         let n = mdp.n_states();
-        if n * mdp.n_actions() > MOST {
+        let columns = self.of.columns().unwrap_or(n);
+        let leads = |pair: usize| if mdp.terminal[pair / mdp.n_actions()] { 0.0 } else { 1.0 };
+        let arrows = mdp.transitions.chunks(n).enumerate();
+        let arrows = arrows
+            .map(|(pair, next)| leads(pair) * count(next.iter().filter(|p| **p > 0.0).count()));
+        if columns > ROW || arrows.sum::<f64>() > count(MOST) {
             return Err(OpError::Failed(format!(
-                "{n} states with {} actions each are too many for a graph: show it as a `heatmap`",
+                "{n} states with {} actions each are too many for a graph that can be read: show \
+                 what is said of them as a `heatmap`",
                 mdp.n_actions()
             )));
         }
-        let columns = if self.columns == 0 { n } else { self.columns.min(n) };
         let rows = n.div_ceil(columns);
         let place = |s: usize| (APART * count(s % columns), APART * count(rows - 1 - s / columns));
         let mut marks = Vec::new();
@@ -112,22 +120,42 @@ fn action(
 }
 
 /// Where an action's node is: to the left of the way to where it mostly leads; where that is nowhere else, above, and
-/// turned by a part of a circle for each action.
+/// turned by a part of a circle for each action. Where that is taken, it is turned on.
 fn beside(
     mdp: &Mdp,
     (state, action): (usize, usize),
     place: impl Fn(usize) -> (f64, f64),
 ) -> (f64, f64) {
     let (x, y) = place(state);
-    let next = mdp.next(state, action).iter().enumerate().filter(|(s, _)| *s != state);
-    let away = next.filter(|(_, p)| **p > 0.0).map(|(s, p)| (place(s), *p));
-    let (dx, dy) = away
-        .fold((0.0, 0.0), |(dx, dy), ((to_x, to_y), p)| (dx + p * (to_x - x), dy + p * (to_y - y)));
-    let angle = if dx.hypot(dy) < 1e-9 {
-        std::f64::consts::TAU * (0.25 + count(action) / count(mdp.n_actions()))
-    } else {
-        dy.atan2(dx) + std::f64::consts::TAU / 9.0
+    let turned = |action: usize| {
+        let next = mdp.next(state, action).iter().enumerate().filter(|(s, _)| *s != state);
+        let away = next.filter(|(_, p)| **p > 0.0).map(|(s, p)| (place(s), *p));
+        let (dx, dy) = away.fold((0.0, 0.0), |(dx, dy), ((to_x, to_y), p)| {
+            (dx + p * (to_x - x), dy + p * (to_y - y))
+        });
+        if dx.hypot(dy) < 1e-9 {
+            TAU * (0.25 + count(action) / count(mdp.n_actions()))
+        } else {
+            dy.atan2(dx) + TAU / 9.0
+        }
     };
+    let apart = TAU / 12.0;
+    let near = |a: f64, b: f64| (a - b + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+    let mut taken: Vec<f64> = Vec::new();
+    for action in 0..=action {
+        let mut angle = turned(action);
+        let is_free =
+            |angle: f64| taken.iter().all(|other| near(*other, angle).abs() > apart * 0.99);
+        let n_tries = mdp.n_actions();
+        for _ in 0..n_tries {
+            if is_free(angle) {
+                break;
+            }
+            angle += apart;
+        }
+        taken.push(angle);
+    }
+    let angle = taken[action];
     (x + OFF * angle.cos(), y + OFF * angle.sin())
 }
 
@@ -144,7 +172,7 @@ mod tests {
     use crate::env::{Chain, Gridworld};
 
     fn graph(of: Box<dyn Env>) -> Result<String, String> {
-        let graph = TransitionGraph { of, columns: 0, title: String::new() };
+        let graph = TransitionGraph { of, title: String::new() };
         let figure = graph.run(&Ctx::new("transition_graph", 0, None));
         figure.map(|figure| figure.files["svg"].clone()).map_err(|error| error.to_string())
     }
@@ -171,8 +199,22 @@ mod tests {
     }
 
     #[test]
+    fn actions_that_do_the_same_are_told_apart() {
+        let mdp = Gridworld { size: 2, wind: 1.0 }.mdp().unwrap();
+        let place = |s: usize| (APART * count(s % 2), APART * count(s / 2));
+        let nodes: Vec<(f64, f64)> = (0..4).map(|a| beside(&mdp, (0, a), place)).collect();
+        for (i, a) in nodes.iter().enumerate() {
+            for b in &nodes[..i] {
+                assert!((a.0 - b.0).hypot(a.1 - b.1) > 0.4, "{nodes:?}");
+            }
+        }
+    }
+
+    #[test]
     fn what_is_too_large_is_refused() {
-        let why = graph(Box::new(Gridworld { size: 8, wind: 0.0 })).unwrap_err();
-        assert!(why.contains("64 states with 4 actions each are too many"), "{why}");
+        let why = graph(Box::new(Gridworld { size: 5, wind: 0.3 })).unwrap_err();
+        assert!(why.contains("25 states with 4 actions each are too many"), "{why}");
+        assert!(graph(Box::new(Gridworld { size: 5, wind: 0.0 })).is_ok());
+        assert!(graph(Box::new(Chain { cells: 13, slip: 0.0, goal: true })).is_err());
     }
 }
