@@ -207,3 +207,31 @@ experiment e {{
     let page = project.read("results/e/report.html");
     assert!(page.contains("<b>4</b> <span class=\"badge describes\">"), "the page counts them");
 }
+
+#[test]
+fn seeds_that_a_claim_chooses_are_told_of() {
+    let spec = "edition \"2026\"
+experiment e {
+    axis seed = 0..10
+    let data = sample(sinusoids(), n: 8)
+    let model = train(linear_map(features: polynomial(degree: 1)), on: data)
+    let one = train(linear_map(features: polynomial(degree: 1)), on: data[seed: 3])
+    let test = sample(sinusoids(), n: 8, stream: \"test\")
+    let error = rmse(model, on: test)
+    claim \"one set of data\" : rmse(one, on: test) < 1.0
+    claim \"some of ten\" : error[seed: [0, 1, 2, 3, 4, 5]] < 1.0
+    claim \"in their mean\" : mean(error[seed: [0, 1, 2, 3, 4, 5]], over: seed) < 1.0
+    claim \"all of ten\" : error[seed: [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]] < 1.0
+    claim \"all\" : error < 1.0
+}
+";
+    let project = Project::with(&[("e.ivx", spec)]);
+    let said = project.run("claims", "e.ivx", &[]).out;
+    for words in ["one set of data", "some of ten", "in their mean"] {
+        let line = format!("  {words}  [rests on chosen seeds]\n");
+        assert!(said.contains(&line), "{words}: {said}");
+    }
+    for words in ["all of ten", "all"] {
+        assert!(said.contains(&format!("  {words}\n")), "{words}: {said}");
+    }
+}

@@ -186,6 +186,7 @@ pub fn marks(judged: &Judged) -> Vec<String> {
         Mark::Deterministic => "deterministic",
         Mark::CannotFail => "cannot fail",
         Mark::OfTheseSeeds => "describes these seeds only",
+        Mark::ChosenSeeds => "rests on chosen seeds",
         Mark::MarginUnsaid => "a margin without a reason",
     };
     let mut marks: Vec<String> = judged.marks.iter().map(words).map(str::to_owned).collect();

@@ -256,6 +256,8 @@ pub enum Mark {
     CannotFail,
     /// It is about a largest or smallest number over seeds, or another of which nothing is known but from these seeds.
     OfTheseSeeds,
+    /// It rests on some seeds that the spec names: what they were drawn for is the same for all others.
+    ChosenSeeds,
     /// It has a margin over seeds, and does not say why.
     MarginUnsaid,
 }

@@ -16,6 +16,8 @@ pub(super) struct Drawn {
     reduced: usize,
     /// Whether seeds vanish somewhere in what it is made of, its own aside.
     loses: bool,
+    /// Whether some of the seeds are chosen by their labels, somewhere in what it is made of.
+    chosen: bool,
 }
 
 impl Checker<'_> {
@@ -26,7 +28,9 @@ impl Checker<'_> {
             let inputs = self.spec.inputs(expr);
             let loses =
                 self.loses_here(expr) || inputs.iter().any(|id| self.drawn[id.0 as usize].loses);
-            let drawn = Drawn { loses, ..self.draws_upstream(expr) };
+            let chosen =
+                self.chooses_here(expr) || inputs.iter().any(|id| self.drawn[id.0 as usize].chosen);
+            let drawn = Drawn { loses, chosen, ..self.draws_upstream(expr) };
             self.drawn.push(drawn);
         }
         let Drawn { varies, reduced, .. } = self.drawn[id.0 as usize];
@@ -44,7 +48,7 @@ impl Checker<'_> {
                 let mut drawn = Drawn {
                     varies: draws && has_seed,
                     reduced: usize::from(draws && !has_seed),
-                    loses: false,
+                    ..Drawn::default()
                 };
                 for id in self.spec.inputs(expr) {
                     let input = self.drawn[id.0 as usize];
@@ -66,6 +70,24 @@ impl Checker<'_> {
             },
             ExprKind::Restrict { base, .. } => self.drawn[base.0 as usize],
         }
+    }
+
+    /// Whether an expression is that of some seeds, named by their labels.
+    fn chooses_here(&self, expr: &Expr) -> bool {
+        let some = match &expr.kind {
+            ExprKind::Pick { base, axis, .. } => self.is_seed(*axis).then_some(*base),
+            ExprKind::Restrict { base, axis, places, .. } => {
+                let is_part = places.len() < self.spec.axis(*axis).coords.len();
+                (self.is_seed(*axis) && is_part).then_some(*base)
+            }
+            _ => None,
+        };
+        some.is_some_and(|base| self.drawn[base.0 as usize].varies)
+    }
+
+    /// Whether a value rests on seeds that are chosen by their labels. As [`Self::loses_seeds`].
+    pub(super) fn chooses_seeds(&self, id: ExprId) -> bool {
+        self.drawn[id.0 as usize].chosen
     }
 
     /// Whether an operation draws random numbers, or is given the seed to draw from.

@@ -45,6 +45,9 @@ impl Checker<'_> {
         if !is_drawn {
             judged.marks.insert(Mark::Deterministic);
         }
+        if ids.iter().any(|id| self.chooses_seeds(*id)) {
+            judged.marks.insert(Mark::ChosenSeeds);
+        }
         let plain = Sides { relation, ids, behind: BTreeSet::new(), by: judged.by.clone() };
         let sides = match self.share(&plain, judged) {
             Some(share) => share,
