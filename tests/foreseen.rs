@@ -160,6 +160,7 @@ fn run(plan: &Plan, registry: &Registry, root: &Path) -> Outcome {
         fail_fast: false,
         library: "tests".into(),
         checkpoint: Duration::from_mins(1),
+        limit: None,
         stop: Stop::default(),
     };
     let outcome = schedule(plan, registry, &mut cache, &options, &wanted(plan), &mut Silence);

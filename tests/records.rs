@@ -141,6 +141,7 @@ fn run(plan: &Plan, cache: &Path) -> Outcome {
         fail_fast: false,
         library: "toys".to_owned(),
         checkpoint: Duration::ZERO,
+        limit: None,
         stop: Stop::default(),
     };
     let wanted = wanted(plan);

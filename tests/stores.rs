@@ -326,6 +326,7 @@ fn check(plan: &Plan, registry: &Registry, cache: &TempDir, store: &TempDir) {
         fail_fast: false,
         library: "tests".into(),
         checkpoint: Duration::from_mins(1),
+        limit: None,
         stop: Stop::default(),
     };
     let wanted = wanted(plan);

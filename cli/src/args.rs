@@ -174,9 +174,17 @@ pub(crate) struct Exec {
     /// is]. One that takes more runs alone.
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
-    /// How much work a kill may cost a long node: so often its progress is kept.
+    /// How much work a kill may cost a long node: so often its progress is kept, or less often where keeping it takes
+    /// more than a fiftieth of the time.
     #[arg(long, value_name = "TIME", default_value = "10s", value_parser = parse_span)]
     pub(crate) checkpoint: Duration,
+    /// How long a node may compute: a long one that takes longer keeps what it did and fails, and the next run goes
+    /// on from there.
+    #[arg(long, value_name = "TIME", value_parser = parse_span)]
+    pub(crate) node_limit: Option<Duration>,
+    /// For people, a bar or lines; for programs, an object a line of what happens, and then of what came out.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
     /// Write results to this folder instead. It is new or empty, or holds other results, which are replaced.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

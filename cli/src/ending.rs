@@ -1,5 +1,6 @@
 //! What becomes of the command at Ctrl-C or TERM: a run keeps what it did, everything else ends at
-//! once, and nothing takes longer than two seconds but an operation that computes in this process.
+//! once, and nothing takes longer than two seconds but an operation that computes in this process and cannot keep
+//! what it did so far.
 
 use std::fs;
 use std::io::Write as _;
@@ -38,7 +39,7 @@ pub fn interrupt() {
     command::stop_all();
     // Before anything is said, which may block for ever.
     thread::spawn(see_to_the_end);
-    let what = "stopping: what computes is finished and kept, programs are ended; once more to stop at once";
+    let what = "stopping: what computes is kept, programs are ended; once more to stop at once";
     let _ = writeln!(std::io::stderr(), "{what}");
 }
 

@@ -2,15 +2,15 @@
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, UNIX_EPOCH};
 
 use ivx_cache::{Digest, Run};
-use ivx_engine::{Fate, Outcome, Plan, Results, Setting, platform, settings, verdict};
+use ivx_engine::{Fate, Outcome, Results, Setting, platform, settings, verdict};
 use ivx_grammar::check::Project;
 use ivx_grammar::ir::Spec;
 use serde::{Deserialize, Serialize};
 
-use crate::time::now_millis;
+use crate::account::{Account, Nodes};
 
 /// How many nodes are named of those that took longest, and of those that failed.
 const MOST: usize = 10;
@@ -90,32 +90,13 @@ pub(crate) enum Status {
     Failed,
 }
 
-/// What became of the nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-pub(crate) struct Nodes {
-    pub(crate) all: usize,
-    pub(crate) executed: usize,
-    pub(crate) hit: usize,
-    pub(crate) failed: usize,
-    pub(crate) skipped: usize,
-}
-
 impl Summary {
-    /// What is to be remembered of a run that ends now.
-    ///
-    /// - `results`: none if it was stopped.
-    pub(crate) fn of(
-        spec: &Spec,
-        files: &Files,
-        plan: &Plan,
-        outcome: &Outcome,
-        results: Option<&Results>,
-        jobs: usize,
-        started: Instant,
-    ) -> Self {
-        let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
-        let nodes = Nodes::of(outcome);
+    /// What is to be remembered of a run.
+    pub(crate) fn of(run: &Account<'_>) -> Self {
+        let &Account { spec, files, plan, outcome, results, jobs, .. } = run;
+        let millis = |time: Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
+        let began = run.began.duration_since(UNIX_EPOCH).unwrap_or_default();
+        let nodes = run.nodes();
         let status = match results {
             None => Status::Stopped,
             Some(_) if nodes.failed > 0 => Status::Failed,
@@ -145,8 +126,8 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             library: ivx_library::SOURCE_DIGEST.to_owned(),
             jobs,
-            started: now_millis().saturating_sub(millis),
-            millis,
+            started: millis(began),
+            millis: millis(run.took),
             status,
             nodes,
             claims: results.map(claims).unwrap_or_default(),
@@ -170,22 +151,6 @@ impl Summary {
     /// As the cache keeps it.
     pub(crate) fn write(&self) -> String {
         ron::to_string(self).expect("a summary is plain data")
-    }
-}
-
-impl Nodes {
-    fn of(outcome: &Outcome) -> Self {
-        let mut nodes = Self { all: outcome.nodes.len(), ..Self::default() };
-        for node in &outcome.nodes {
-            match node.fate {
-                Fate::Waiting => {}
-                Fate::Hit => nodes.hit += 1,
-                Fate::Ran { .. } => nodes.executed += 1,
-                Fate::Failed { .. } => nodes.failed += 1,
-                Fate::Skipped { .. } => nodes.skipped += 1,
-            }
-        }
-        nodes
     }
 }
 

@@ -1,10 +1,12 @@
 //! The only crate that prints, reads files and knows the user.
 
+mod account;
 mod advice;
 mod args;
 mod command;
 mod date;
 mod ending;
+mod events;
 mod found;
 mod history;
 mod load;

@@ -62,6 +62,19 @@ impl<'a> Progress<'a> {
         }
     }
 
+    /// Tells how far the run is, and of what it was told last.
+    fn goes_on(&mut self, what: &str, left_millis: Option<u64>) {
+        let left = self.left(left_millis);
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(left);
+        } else if self.last_line.elapsed() >= LINE {
+            self.last_line = Instant::now();
+            let elapsed = spell(self.started.elapsed());
+            let (done, nodes) = (self.done, self.nodes);
+            self.say(&format!("[{done}/{nodes}] {elapsed}{left}: {what}"));
+        }
+    }
+
     fn left(&self, left_millis: Option<u64>) -> String {
         let left = left_millis.map(|millis| millis / self.jobs);
         left.map_or(String::new(), |millis| {
@@ -93,19 +106,19 @@ impl Listen for Progress<'_> {
                     bar.set_message(visible(address));
                 }
             }
+            Event::Told { address, done, of, words, left_millis } => {
+                let words = under_way(address, (done, of), words);
+                if let Some(bar) = &self.bar {
+                    bar.set_message(words.clone());
+                }
+                self.goes_on(&words, left_millis);
+            }
             Event::Finished { address, left_millis, .. } => {
                 self.done += 1;
-                let left = self.left(left_millis);
                 if let Some(bar) = &self.bar {
                     bar.set_position(self.done);
-                    bar.set_prefix(left);
-                } else if self.last_line.elapsed() >= LINE {
-                    self.last_line = Instant::now();
-                    let elapsed = spell(self.started.elapsed());
-                    let (done, nodes, address) = (self.done, self.nodes, visible(address));
-                    let line = format!("[{done}/{nodes}] {elapsed}{left}: {address}");
-                    self.say(&line);
                 }
+                self.goes_on(&visible(address), left_millis);
             }
             Event::Failed { address, why } => {
                 self.done += 1;
@@ -122,6 +135,12 @@ impl Listen for Progress<'_> {
             Event::Noted { what } => self.say(&format!("note: {what}")),
         }
     }
+}
+
+/// How far a node is: `e/model[seed=0], 1200 of 3000, loss 0.31`.
+fn under_way(address: &str, (done, of): (u64, u64), words: &str) -> String {
+    let words = if words.is_empty() { String::new() } else { format!(", {words}") };
+    visible(&format!("{address}, {done} of {of}{words}"))
 }
 
 /// The first and the last line of what is wrong: a traceback ends with what it is about.
@@ -165,6 +184,22 @@ mod tests {
     fn durations_are_spelt_as_people_say_them() {
         let spelt = [0.214, 42.9, 95.0, 7_500.0].map(|s| spell(Duration::from_secs_f64(s)));
         assert_eq!(spelt, ["0.21 s", "42 s", "1 min 35 s", "2 h 5 min"]);
+    }
+
+    #[test]
+    fn a_long_node_says_how_far_it_is() {
+        let mut err = Vec::new();
+        let mut progress = Progress::new(&mut err, 2);
+        progress.bar = None;
+        progress.last_line = progress.last_line.checked_sub(LINE).expect("the machine is up");
+        progress.event(Event::Planned { nodes: 9 });
+        let (address, words, left_millis) = ("e/x", "loss 0.31", Some(240_000));
+        for done in [1200, 1300] {
+            progress.event(Event::Told { address, done, of: 3000, words, left_millis });
+        }
+        let said = String::from_utf8_lossy(&err).into_owned();
+        assert!(said.starts_with("[0/9] "), "{said}");
+        assert!(said.ends_with(", about 2 min 0 s left: e/x, 1200 of 3000, loss 0.31\n"), "{said}");
     }
 
     #[test]

@@ -187,3 +187,83 @@ experiment e {
         assert_eq!(code, Some(130), "{command}: {out}");
     }
 }
+
+/// Trainings of a second or two.
+const TRAINING: &str = r#"edition "2026"
+experiment e {
+    param steps: Int = 20_000
+    axis seed = 0..2
+    let data = sample(sinusoids(), n: 30)
+    let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: steps)
+    measure curve = predict(model, at: grid(-1.0, 1.0, points: 11))
+}
+"#;
+
+/// The measures of a run.
+fn measures(folder: &Path) -> String {
+    let results = fs::read_to_string(folder.join("results/e/results.ron"));
+    results.expect("results are written")
+}
+
+fn checkpoints(folder: &Path) -> usize {
+    fs::read_dir(folder.join(".ivx/cache/checkpoints")).map_or(0, Iterator::count)
+}
+
+#[test]
+fn a_training_is_stopped_in_its_midst_and_goes_on_to_the_same_bytes() {
+    let (whole, broken) = (project(TRAINING), project(TRAINING));
+    let (whole, broken) = (whole.path(), broken.path());
+    said(whole, &["exec", "e.ivx"]);
+    for signal in ["-INT", "-TERM", "-INT"] {
+        let before = checkpoints(broken);
+        let run = start(broken, &["exec", "e.ivx", "--checkpoint", "1h"]);
+        // Both members are under way, or what is left of them.
+        sleep(Duration::from_millis(400));
+        let (code, out) = stopped(run, signal);
+        if code == Some(0) {
+            break;
+        }
+        assert_eq!(code, Some(130), "{out}");
+        assert!(checkpoints(broken) >= before.max(1), "it keeps what it did: {out}");
+    }
+    said(broken, &["exec", "e.ivx"]);
+    assert_eq!((measures(broken), checkpoints(broken)), (measures(whole), 0));
+}
+
+#[test]
+fn a_node_that_takes_longer_than_it_may_goes_on_in_the_next_run() {
+    let folder = project(TRAINING);
+    let folder = folder.path();
+    let limited = || {
+        let args = ["exec", "e.ivx", "--node-limit", "0.2s"];
+        let output = ivx(folder, &args).output().expect("the command runs");
+        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), err)
+    };
+    let (code, err) = limited();
+    assert_eq!(code, Some(1), "{err}");
+    assert!(
+        err.contains("failed: e/model[seed=") && err.contains(": it took longer than it may"),
+        "{err}"
+    );
+    assert_eq!(checkpoints(folder), 2);
+    said(folder, &["exec", "e.ivx"]);
+    assert_eq!(checkpoints(folder), 0);
+}
+
+#[test]
+fn what_happens_is_told_to_programs() {
+    let folder = project(TRAINING);
+    let folder = folder.path();
+    let run = ivx(folder, &["exec", "e.ivx", "--format", "json"]).output().expect("it runs");
+    let out = String::from_utf8_lossy(&run.stdout).into_owned();
+    let event = |line: &str| -> serde_json::Value { serde_json::from_str(line).expect(line) };
+    let events: Vec<serde_json::Value> = out.lines().map(event).collect();
+    let of = |kind: &str| events.iter().filter(|event| event["event"] == kind).count();
+    assert_eq!((of("planned"), of("finished"), of("ended")), (1, 6, 1), "{out}");
+    assert_eq!(events.last().expect("there are some")["executed"], 6);
+    let told = events.iter().find(|event| event["event"] == "told").expect("trainings tell");
+    assert_eq!(told["of"], 20_000);
+    assert!(told["words"].as_str().is_some_and(|words| words.starts_with("loss ")), "{told}");
+    assert!(run.stderr.is_empty(), "{}", String::from_utf8_lossy(&run.stderr));
+}

@@ -97,6 +97,7 @@ fn run(plan: &Plan, root: &Path, expected: usize) {
         fail_fast: false,
         library: "bench".into(),
         checkpoint: Duration::from_secs(10),
+        limit: None,
         stop: Stop::default(),
     };
     let outcome = schedule(plan, &registry(), &mut cache, &options, &BTreeSet::new(), &mut Silence)

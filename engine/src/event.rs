@@ -20,6 +20,19 @@ pub enum Event<'a> {
         /// How long it is expected to take, where that is known.
         expected_millis: Option<u64>,
     },
+    /// A node is under way.
+    Told {
+        /// The node.
+        address: &'a str,
+        /// How many of its steps are done.
+        done: u64,
+        /// How many there are.
+        of: u64,
+        /// How it goes, such as `loss 0.31`; may be empty.
+        words: &'a str,
+        /// How long what is left is expected to take on one core, where that is known.
+        left_millis: Option<u64>,
+    },
     /// A node has its result.
     Finished {
         /// The node.

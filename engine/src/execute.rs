@@ -9,13 +9,15 @@ use std::time::{Duration, Instant};
 use ivx_cache::{
     ActionLock, CacheError, Checkpoints, Digest, Fetched, Objects, Output, Provenance,
 };
-use ivx_op::{Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Needs, Registry};
+use ivx_op::{
+    Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Needs, OpError, Registry,
+};
 use petgraph::graph::NodeIndex;
 
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{Checkpoint, Pace};
 use crate::key::{explain, number_digest};
 use crate::plan::{Draw, Fed, Source, Step};
-use crate::stop::{Busy, Stop};
+use crate::stop::Busy;
 
 /// Why a node has no result.
 pub(crate) enum Problem {
@@ -23,6 +25,8 @@ pub(crate) enum Problem {
     Missing(Vec<NodeIndex>),
     /// The operation failed, or panicked.
     Failed(String),
+    /// The operation was told to end, and kept what it did.
+    Stopped,
     /// The cache failed.
     Cache(CacheError),
 }
@@ -39,10 +43,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) platform: &'a str,
     /// The digest of the library's source.
     pub(crate) library: &'a str,
-    /// How much time lies between two checkpoints.
-    pub(crate) every: Duration,
-    /// Whether to begin nothing more.
-    pub(crate) stop: &'a Stop,
+    /// How nodes go about their progress.
+    pub(crate) pace: Pace<'a>,
 }
 
 /// A node to run.
@@ -58,10 +60,25 @@ pub(crate) struct Task<'a> {
 }
 
 /// What a worker tells.
-pub(crate) struct Message {
-    pub(crate) done: Vec<Done>,
-    /// What the worker does not need any more; nothing while it goes on.
-    pub(crate) frees: Option<Needs>,
+pub(crate) enum Message {
+    /// Some nodes have ended.
+    Done {
+        /// These.
+        done: Vec<Done>,
+        /// What the worker does not need any more; nothing while it goes on.
+        frees: Option<Needs>,
+    },
+    /// A node is under way.
+    Told {
+        /// This.
+        node: NodeIndex,
+        /// How many of its steps are done.
+        done: u64,
+        /// How many there are.
+        of: u64,
+        /// How it goes.
+        words: String,
+    },
 }
 
 /// What came of a node.
@@ -82,31 +99,48 @@ const PROMPT: Duration = Duration::from_millis(5);
 pub(crate) fn work(tasks: Vec<Task>, needs: Needs, bench: &Bench, tell: &Sender<Message>) {
     let (mut done, mut told) = (Vec::new(), Instant::now());
     for task in tasks {
-        if bench.stop.asked() {
+        if bench.pace.stop.asked() {
             break;
         }
-        let busy = bench.stop.busy();
-        let result = execute(&task, bench);
+        let busy = bench.pace.stop.busy();
+        let result = execute(&task, bench, tell);
         let Task { node, key, lock, .. } = task;
         done.push(Done { node, key, lock, result, busy });
         if told.elapsed() >= PROMPT {
             told = Instant::now();
             // The receiver is gone only when the run ended with an error.
-            let _ = tell.send(Message { done: std::mem::take(&mut done), frees: None });
+            let _ = tell.send(Message::Done { done: std::mem::take(&mut done), frees: None });
         }
     }
-    let _ = tell.send(Message { done, frees: Some(needs) });
+    let _ = tell.send(Message::Done { done, frees: Some(needs) });
 }
 
+/// Why a node has no result that reached its limit.
+const OVER: &str =
+    "it took longer than it may; what it did is kept, and the next run goes on from there";
+
 /// The result of a node and how it came about.
-fn execute(task: &Task, bench: &Bench) -> Result<(Output, Provenance), Problem> {
+fn execute(
+    task: &Task,
+    bench: &Bench,
+    tell: &Sender<Message>,
+) -> Result<(Output, Provenance), Problem> {
     let &Task { step, key, ref op, ref outputs, .. } = task;
-    let &Bench { registry, ref objects, ref checkpoints, platform, library, every, .. } = bench;
+    let &Bench { registry, ref objects, ref checkpoints, platform, library, pace } = bench;
     let inputs = read(objects, outputs)?;
-    let checkpoint = Checkpoint::new(checkpoints.clone(), key, (platform, library), every);
-    let started = Instant::now();
-    let bytes = compute(step, registry, &inputs, Some(&checkpoint)).map_err(Problem::Failed)?;
-    let millis = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
+    let told = |done, of, words: &str| {
+        // The receiver is gone only when the run ended with an error.
+        let _ = tell.send(Message::Told { node: task.node, done, of, words: words.to_owned() });
+    };
+    let checkpoint = Checkpoint::new(checkpoints.clone(), key, (platform, library), pace, &told);
+    let bytes = compute(step, registry, &inputs, Some(&checkpoint)).map_err(|why| match why {
+        Failure::Stopped if checkpoint.is_over() && !pace.stop.asked() => {
+            Problem::Failed(OVER.to_owned())
+        }
+        Failure::Stopped => Problem::Stopped,
+        Failure::Failed(why) => Problem::Failed(why),
+    })?;
+    let millis = u64::try_from(checkpoint.elapsed().as_millis()).unwrap_or(u64::MAX);
     let output = objects.put(&bytes).map_err(Problem::Cache)?;
     checkpoint.remove();
     let digest = |source: &Source| match source {
@@ -142,13 +176,21 @@ pub(crate) fn read(
     if missing.is_empty() { Ok(inputs) } else { Err(Problem::Missing(missing)) }
 }
 
+/// Why an operation has no result.
+pub(crate) enum Failure {
+    /// It was told to end.
+    Stopped,
+    /// It has none.
+    Failed(String),
+}
+
 /// Runs the operation of a step; a panic is a failure like any other.
 pub(crate) fn compute(
     step: &Step,
     registry: &Registry,
     inputs: &Inputs,
     checkpoint: Option<&Checkpoint>,
-) -> Result<Bytes, String> {
+) -> Result<Bytes, Failure> {
     let value = |source: &Source| match source {
         Source::Node(node) => Arc::clone(&inputs[node]),
         Source::Number(x) => Array::scalar(*x).encode().into(),
@@ -170,8 +212,9 @@ pub(crate) fn compute(
     let ctx = checkpoint.map_or(ctx, |checkpoint| ctx.keeping(checkpoint));
     match catch_unwind(AssertUnwindSafe(|| registry.run(&step.op, &call, &ctx))) {
         Ok(Ok(bytes)) => Ok(bytes),
-        Ok(Err(error)) => Err(error.to_string()),
-        Err(panic) => Err(format!("panicked: {}", panic_text(&*panic))),
+        Ok(Err(OpError::Stopped)) => Err(Failure::Stopped),
+        Ok(Err(error)) => Err(Failure::Failed(error.to_string())),
+        Err(panic) => Err(Failure::Failed(format!("panicked: {}", panic_text(&*panic)))),
     }
 }
 

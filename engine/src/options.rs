@@ -15,9 +15,11 @@ pub struct Options {
     pub fail_fast: bool,
     /// The digest of the library's source, for provenance.
     pub library: String,
-    /// How much time lies between two checkpoints of a node.
+    /// How much time lies between two checkpoints of a node, at least; where 0, they are made at every step.
     pub checkpoint: Duration,
-    /// Ends the run early: what runs is finished and kept, nothing more is started. What fails then
-    /// is taken to have been ended, and runs again the next time.
+    /// How long a node may compute, if it can keep what it did: then it fails, and the next run goes on from there.
+    pub limit: Option<Duration>,
+    /// Ends the run early: what runs keeps what it did, or is finished and kept, and nothing more is started. What
+    /// fails then is taken to have been ended, and runs again the next time.
     pub stop: Stop,
 }

@@ -3,6 +3,8 @@
 //! This thread alone owns the state: it decides, looks up and commits. Workers read inputs,
 //! compute, encode, hash and write, and send messages.
 
+mod failures;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -13,10 +15,11 @@ use ivx_op::{Needs, Registry};
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
+use crate::checkpoint::Pace;
 use crate::durations::Durations;
 use crate::event::{Event, Listen};
 use crate::execute::{Bench, Done, Message, Problem, Task, work};
-use crate::key::{explain, key, number_digest};
+use crate::key::{key, number_digest};
 use crate::options::Options;
 use crate::outcome::{Fate, Node, Outcome};
 use crate::plan::{Plan, Source, Step};
@@ -129,8 +132,7 @@ impl<'a> Run<'a> {
             checkpoints: cache.checkpoints(),
             platform,
             library: &options.library,
-            every: options.checkpoint,
-            stop: &options.stop,
+            pace: Pace { every: options.checkpoint, limit: options.limit, stop: &options.stop },
         };
         let limits = Needs { threads: options.jobs.max(1), memory: options.memory };
         Self {
@@ -205,7 +207,7 @@ impl<'a> Run<'a> {
 
     fn enqueue(&mut self, node: NodeIndex) {
         if self.priority.is_empty() {
-            self.durations.learn(self.cache.hints());
+            self.durations.learn(self.plan, self.cache.hints());
             self.priority = self.durations.longest_paths(self.plan);
         }
         let needs = self.needs(node);
@@ -345,11 +347,19 @@ impl<'a> Run<'a> {
     }
 
     fn receive(&mut self, message: Message) -> Result<(), CacheError> {
-        for done in message.done {
-            self.ran(done)?;
-        }
-        if let Some(needs) = message.frees {
-            self.queue.end(needs);
+        match message {
+            Message::Done { done, frees } => {
+                done.into_iter().try_for_each(|done| self.ran(done))?;
+                if let Some(needs) = frees {
+                    self.queue.end(needs);
+                }
+            }
+            Message::Told { node, done, of, words } => {
+                self.durations.told(node, done, of);
+                let (address, words) = (&self.step(node).address, &words);
+                let left_millis = self.durations.left_millis();
+                self.listen.event(Event::Told { address, done, of, words, left_millis });
+            }
         }
         Ok(())
     }
@@ -373,7 +383,7 @@ impl<'a> Run<'a> {
                     }
                     Err(error) => return Err(error),
                 }
-                self.durations.note(node, millis, self.cache.hints());
+                self.durations.note(node, self.step(node), millis, self.cache.hints());
                 for next in self.done(node, output, Fate::Ran { millis }) {
                     self.resolve(next);
                 }
@@ -392,69 +402,12 @@ impl<'a> Run<'a> {
                 }
             }
             // It may have been ended: that is no failure of its own.
+            Err(Problem::Stopped) => {}
             Err(Problem::Failed(_)) if self.options.stop.asked() => {}
             Err(Problem::Failed(why)) => self.fail(node, &why),
             Err(Problem::Cache(error)) => return Err(error),
         }
         Ok(())
-    }
-
-    /// Runs a known node again, since its bytes are gone.
-    fn force(&mut self, node: NodeIndex, waiter: Option<NodeIndex>) {
-        if !self.forced.contains_key(&node) {
-            let what = format!("the bytes of {} are gone: it runs again", self.step(node).address);
-            self.listen.event(Event::Noted { what });
-            self.queue.push(node, u64::MAX, self.needs(node));
-        }
-        self.forced.entry(node).or_default().extend(waiter);
-    }
-
-    /// Notes how a node ended.
-    fn end(&mut self, node: NodeIndex, fate: Fate) {
-        if self.nodes[node.index()].fate == Fate::Waiting {
-            self.durations.ended(node);
-        }
-        self.nodes[node.index()].fate = fate;
-    }
-
-    /// The node that failed, if this one has no bytes because of it.
-    fn lost(&self, node: NodeIndex) -> Option<NodeIndex> {
-        match self.nodes[node.index()].fate {
-            Fate::Failed { .. } => Some(node),
-            Fate::Skipped { cause } => Some(cause),
-            Fate::Waiting | Fate::Hit | Fate::Ran { .. } => None,
-        }
-    }
-
-    /// Notes a failure, and skips what depends on it.
-    fn fail(&mut self, node: NodeIndex, why: &str) {
-        self.listen.event(Event::Failed { address: &self.step(node).address, why });
-        self.end(node, Fate::Failed { why: why.to_owned() });
-        let explanation = explain(self.step(node), self.registry, |source| self.digest(source));
-        self.nodes[node.index()].explanation = Some(explanation);
-        self.stopped |= self.options.fail_fast;
-        let stranded = self.stranded(node);
-        self.skip(stranded, node);
-    }
-
-    /// Skips some nodes, and what needs them.
-    fn skip(&mut self, mut todo: Vec<NodeIndex>, cause: NodeIndex) {
-        while let Some(node) = todo.pop() {
-            // A known node whose bytes are gone is as good as one that never ran.
-            let known = matches!(self.nodes[node.index()].fate, Fate::Hit | Fate::Ran { .. });
-            if self.lost(node).is_none() && (!known || self.forced.contains_key(&node)) {
-                self.end(node, Fate::Skipped { cause });
-                let (address, cause) = (&self.step(node).address, &self.step(cause).address);
-                self.listen.event(Event::Skipped { address, cause });
-                todo.extend(self.stranded(node));
-            }
-        }
-    }
-
-    /// Those that wait for a node which will not end.
-    fn stranded(&mut self, node: NodeIndex) -> Vec<NodeIndex> {
-        let waiters = self.forced.remove(&node).unwrap_or_default();
-        self.plan.graph.neighbors(node).chain(waiters).collect()
     }
 
     /// Reads the results asked for. Returns whether some must run again for it.

@@ -8,7 +8,7 @@ use ivx_op::{Registry, distance};
 use petgraph::graph::NodeIndex;
 
 use crate::event::{Event, Listen};
-use crate::execute::{Problem, compute, read};
+use crate::execute::{Failure, Problem, compute, read};
 use crate::foresee::{Known, known};
 use crate::plan::{Plan, Step};
 use crate::platform::platform;
@@ -120,7 +120,8 @@ fn again(
     };
     let bytes = match compute(step, registry, &inputs, None) {
         Ok(bytes) => bytes,
-        Err(why) => return Ok(Verified::Failed { why }),
+        Err(Failure::Failed(why)) => return Ok(Verified::Failed { why }),
+        Err(Failure::Stopped) => unreachable!("nobody stops what keeps no progress"),
     };
     let found = Digest::of(&bytes);
     if found == record.output.digest {

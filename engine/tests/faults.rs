@@ -74,7 +74,7 @@ impl Op for Slow {
         while t < 4.0 {
             let part = self.of.0.values.iter().map(|x| (x + t).sqrt());
             (sum, t) = (sum + part.sum::<f64>(), t + 1.0);
-            ctx.checkpoint(|| [t.to_le_bytes(), sum.to_le_bytes()].concat());
+            ctx.checkpoint(|| [t.to_le_bytes(), sum.to_le_bytes()].concat())?;
         }
         Ok(Array::scalar(sum))
     }
@@ -126,6 +126,7 @@ impl Experiment {
             fail_fast: false,
             library: "toy".into(),
             checkpoint: Duration::ZERO,
+            limit: None,
             stop: Stop::default(),
         };
         let wanted = wanted(&self.plan);

@@ -63,6 +63,7 @@ fn what_is_to_run_is_a_hit_if_an_equal_key_was_made_first() {
             fail_fast: false,
             library: "toy".into(),
             checkpoint: Duration::ZERO,
+            limit: None,
             stop: Stop::default(),
         };
         let outcome =

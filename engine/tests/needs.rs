@@ -157,6 +157,7 @@ fn run(plan: &Plan, root: &Path, jobs: usize, memory: u64) -> (Outcome, Vec<Stri
         fail_fast: false,
         library: "toy".into(),
         checkpoint: Duration::from_secs(10),
+        limit: None,
         stop: Stop::default(),
     };
     let mut notes = Notes::default();

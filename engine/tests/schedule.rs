@@ -106,7 +106,7 @@ impl Op for Long {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
         let start = ctx.resume().map_or(0, |state| state[0]);
         for t in start..6 {
-            ctx.checkpoint(|| vec![t]);
+            ctx.checkpoint(|| vec![t])?;
             if STEPS.fetch_add(1, Ordering::SeqCst) == 3 {
                 return Err(OpError::Failed("broken off".to_owned()));
             }
@@ -128,6 +128,7 @@ fn run(plan: &Plan, root: &Path, wanted: &[usize]) -> Outcome {
         fail_fast: false,
         library: "toy".into(),
         checkpoint: Duration::ZERO,
+        limit: None,
         stop: Stop::default(),
     };
     let wanted: BTreeSet<NodeIndex> = wanted.iter().map(|i| NodeIndex::new(*i)).collect();
@@ -279,6 +280,7 @@ fn a_run_that_is_stopped_keeps_what_it_did() {
         fail_fast: false,
         library: "toy".into(),
         checkpoint: Duration::ZERO,
+        limit: None,
         stop: stop.clone(),
     };
     let wanted = BTreeSet::from([NodeIndex::new(3)]);

@@ -1,25 +1,28 @@
 //! `ivx exec`
 
-use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Lock, Locks, Options, Outcome, Plan, Registration, Results, expand, page, platform, report,
-    schedule, wanted,
+    Listen, Lock, Locks, Options, Outcome, Plan, Registration, Report, Results, expand, page,
+    platform, report, schedule, wanted,
 };
 use ivx_grammar::ast::Ast;
 use ivx_op::Outcome as Verdict;
+use serde_json::json;
 
 use super::diff::interval;
 use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
 use super::{Ready, jobs, lock, ready};
+use crate::account::Account;
+use crate::args::Format;
 use crate::date::today;
 use crate::ending::{STOP, heeding};
+use crate::events::Events;
 use crate::found;
 use crate::history::{self, Files, Summary};
 use crate::machine::memory;
@@ -43,11 +46,8 @@ pub(crate) fn exec(
     let locks =
         if args.lock || args.locked || args.register { Some(lock::read(&spec)?) } else { None };
     if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
-        writeln!(
-            err,
-            "error: `{name}` is not in {}: write it with `--lock` or `--register`",
-            lock::FILE
-        )?;
+        let help = "write it with `--lock` or `--register`";
+        writeln!(err, "error: `{name}` is not in {}: {help}", lock::FILE)?;
         return Ok(WRONG);
     }
     let Some(mode) = mode(args, err)? else { return Ok(WRONG) };
@@ -64,7 +64,99 @@ pub(crate) fn exec(
         writeln!(err, "note: there is no `.ivx` or `.git` around the spec: {root} is its project")?;
     }
     let jobs = jobs(args.jobs, err)?;
-    let mut cache = Cache::open(&project::cache(&root), &platform())?;
+    let mut cache = opened(args, mode, &root, err)?;
+    let options = options(args, jobs);
+    let files = Files::of(&ready.loaded.project);
+    let is_json = args.format == Format::Json;
+    let mut run = |listen: &mut dyn Listen| {
+        heeding(|| schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), listen))
+    };
+    let outcome = if is_json {
+        run(&mut Events::new(out))
+    } else {
+        let mut progress = Progress::new(err, jobs);
+        let outcome = run(&mut progress);
+        progress.finish();
+        outcome
+    };
+    let ended = match outcome {
+        Ok(outcome) => {
+            let run = Account::of((&ready.spec, &files), (&plan, &outcome), jobs, started);
+            let report = (!STOP.asked()).then(|| report(&name, &ready.spec, &plan, &outcome));
+            let report = report.map(|report| (report.results.to_ron(), report));
+            if let Err(error) = note(&cache, &run, report.as_ref()) {
+                writeln!(err, "note: the history lacks this run: {error}")?;
+            }
+            Ok((outcome, report))
+        }
+        Err(error) => Err(error),
+    };
+    store::tell(&cache, err)?;
+    for trouble in cache.close()? {
+        writeln!(err, "note: {trouble}")?;
+    }
+    let (outcome, report) = ended?;
+    let run = Account::of((&ready.spec, &files), (&plan, &outcome), jobs, started);
+    let Some((text, report)) = report else {
+        if is_json {
+            writeln!(out, "{}", json!({ "event": "stopped" }))?;
+        } else {
+            summary::executed(&run, out)?;
+            let kept = "what was executed is kept, and the next run goes on from there";
+            writeln!(out, "stopped: {kept}")?;
+        }
+        return Ok(STOPPED);
+    };
+    let page = page(&ready.spec, &plan, &outcome, &report, &origin(&args.spec, &text, &run));
+    // Who stands in the folder stands in the old one afterwards, and would be told wrong paths.
+    let shown = [RESULTS, "report.html"].map(|file| project::shown(&folder.join(file)));
+    let found = report.results;
+    let mut set = report.files;
+    set.insert(RESULTS.to_owned(), text);
+    set.insert("run.ron".to_owned(), run_file(&run));
+    set.insert("report.html".to_owned(), page);
+    for moved in publish(&folder, &results, &set)? {
+        writeln!(err, "note: a file that no run wrote is now {}", project::shown(&moved))?;
+    }
+    let run = Account { took: started.elapsed(), ..run };
+    if is_json {
+        writeln!(out, "{}", summary::as_json(&run, &found, &shown))?;
+    } else {
+        summary::write(&run, &found, out)?;
+        writeln!(out, "results: {}\nreport:  {}", shown[0], shown[1])?;
+    }
+    let mut claims = found.experiments.values().flat_map(|found| found.claims.values());
+    let broken = claims.any(|claim| claim.outcome == Some(Verdict::Fails));
+    let failed = !found.failures.is_empty();
+    let told: &mut dyn Write = if is_json { err } else { out };
+    let run = (&plan, &outcome, &found);
+    let moved = locks.map_or(Ok(false), |locks| lock_up(args, &ready, (locks, name), run, told))?;
+    // The process is about to end: to give all this back piece by piece would be a large part of
+    // a run that has nothing to do.
+    std::mem::forget((ready, plan, outcome, found, set));
+    Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
+}
+
+fn options(args: &args::Exec, jobs: usize) -> Options {
+    Options {
+        jobs,
+        memory: args.memory.unwrap_or_else(memory),
+        fail_fast: args.fail_fast,
+        library: ivx_library::SOURCE_DIGEST.to_owned(),
+        checkpoint: args.checkpoint,
+        limit: args.node_limit,
+        stop: STOP.clone(),
+    }
+}
+
+/// The cache of a project, with the store that is asked for.
+fn opened(
+    args: &args::Exec,
+    mode: args::StoreMode,
+    root: &Path,
+    err: &mut dyn Write,
+) -> Result<Cache, Trouble> {
+    let mut cache = Cache::open(&project::cache(root), &platform())?;
     store::attach(&args.store, mode, &mut cache, err)?;
     for trouble in cache.troubles() {
         // What a killed writer left undone is no damage: its nodes run again.
@@ -72,69 +164,7 @@ pub(crate) fn exec(
             writeln!(err, "note: {trouble}")?;
         }
     }
-    let options = Options {
-        jobs,
-        memory: args.memory.unwrap_or_else(memory),
-        fail_fast: args.fail_fast,
-        library: ivx_library::SOURCE_DIGEST.to_owned(),
-        checkpoint: args.checkpoint,
-        stop: STOP.clone(),
-    };
-    let files = Files::of(&ready.loaded.project);
-    let mut progress = Progress::new(err, jobs);
-    let outcome = heeding(|| {
-        schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), &mut progress)
-    });
-    progress.finish();
-    let (outcome, report) = match outcome {
-        Ok(outcome) => {
-            let report = (!STOP.asked()).then(|| report(&name, &ready.spec, &plan, &outcome));
-            let results = report.as_ref().map(|report| &report.results);
-            let spec = &ready.spec;
-            let mut summary = Summary::of(spec, &files, &plan, &outcome, results, jobs, started);
-            let text = results.map(Results::to_ron);
-            let kept = text.as_deref().zip(report.as_ref().map(|report| &report.files));
-            if let Err(error) = note(&cache, &plan, &outcome, kept, &mut summary) {
-                writeln!(err, "note: the history lacks this run: {error}")?;
-            }
-            (Ok(outcome), report.zip(text))
-        }
-        Err(error) => (Err(error), None),
-    };
-    store::tell(&cache, err)?;
-    for trouble in cache.close()? {
-        writeln!(err, "note: {trouble}")?;
-    }
-    let outcome = outcome?;
-    let Some((report, text)) = report else {
-        summary::executed(&plan, &outcome, started.elapsed(), out)?;
-        writeln!(out, "stopped: what was executed is kept, and the next run goes on from there")?;
-        return Ok(STOPPED);
-    };
-    let origin = origin(&args.spec, &files, &text, jobs, started);
-    let page = page(&ready.spec, &plan, &outcome, &report, &origin);
-    // Who stands in the folder stands in the old one afterwards, and would be told wrong paths.
-    let shown = [RESULTS, "report.html"].map(|file| project::shown(&folder.join(file)));
-    let mut set = report.files;
-    set.insert(RESULTS.to_owned(), text);
-    set.insert("run.ron".to_owned(), run_file(&plan, &outcome, jobs, started));
-    set.insert("report.html".to_owned(), page);
-    for moved in publish(&folder, &results, &set)? {
-        writeln!(err, "note: a file that no run wrote is now {}", project::shown(&moved))?;
-    }
-    summary::write(&ready.spec, &report.results, &plan, &outcome, started.elapsed(), out)?;
-    writeln!(out, "results: {}", shown[0])?;
-    writeln!(out, "report:  {}", shown[1])?;
-    let claims =
-        report.results.experiments.values().flat_map(|experiment| experiment.claims.values());
-    let broken = claims.into_iter().any(|claim| claim.outcome == Some(Verdict::Fails));
-    let failed = !report.results.failures.is_empty();
-    let run = (&plan, &outcome, &report.results);
-    let moved = locks.map_or(Ok(false), |locks| lock_up(args, &ready, (locks, name), run, out))?;
-    // The process is about to end: to give all this back piece by piece would be a large part of
-    // a run that has nothing to do.
-    std::mem::forget((ready, plan, outcome, report.results, set));
-    Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
+    Ok(cache)
 }
 
 /// Holds a run against the locks beside its spec, or writes it there; whether it found something else.
@@ -214,17 +244,17 @@ fn mode(args: &args::Exec, err: &mut dyn Write) -> Result<Option<args::StoreMode
 
 /// Adds a run to the history, with what it found out.
 ///
-/// - `found`: the text of its results, and the files that show them; none if it was stopped.
+/// - `found`: the text of its results, and what shows them; none if it was stopped.
 fn note(
     cache: &Cache,
-    plan: &Plan,
-    outcome: &Outcome,
-    found: Option<(&str, &BTreeMap<String, String>)>,
-    summary: &mut Summary,
+    run: &Account<'_>,
+    found: Option<&(String, Report)>,
 ) -> Result<(), CacheError> {
-    if let Some((results, files)) = found {
-        let found = cache.keep_found(&found::pack(results, files, plan, outcome))?;
+    let run = Account { results: found.map(|(_, report)| &report.results), ..*run };
+    let mut summary = Summary::of(&run);
+    if let Some((text, report)) = found {
+        let found = cache.keep_found(&found::pack(text, &report.files, run.plan, run.outcome))?;
         summary.found = Some(found.to_string());
     }
-    cache.note_run(now_millis(), history::keys(outcome), &summary.write()).map(drop)
+    cache.note_run(now_millis(), history::keys(run.outcome), &summary.write()).map(drop)
 }

@@ -1,25 +1,17 @@
 //! How the report says that a run was made.
 
 use std::path::Path;
-use std::time::{Instant, SystemTime};
 
 use ivx_cache::Digest;
 use ivx_engine::{Origin, platform};
 
+use crate::account::Account;
 use crate::args::Spec;
 use crate::date::spell_moment;
-use crate::history::Files;
 
 /// - `results`: the text of what came out.
-pub(super) fn origin(
-    args: &Spec,
-    files: &Files,
-    results: &str,
-    jobs: usize,
-    started: Instant,
-) -> Origin {
-    let took = started.elapsed();
-    let began = SystemTime::now().checked_sub(took).unwrap_or(SystemTime::UNIX_EPOCH);
+pub(super) fn origin(args: &Spec, results: &str, run: &Account<'_>) -> Origin {
+    let &Account { files, jobs, began, took, .. } = run;
     let fact = |what: &str, value: String| (what.to_owned(), value);
     Origin {
         command: command(args),

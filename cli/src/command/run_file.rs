@@ -1,18 +1,18 @@
 //! `run.ron`: what varies from run to run.
 
 use std::fmt::Write as _;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::UNIX_EPOCH;
 
-use ivx_engine::{Fate, Node, NodeIndex, Outcome, Plan, platform};
+use ivx_engine::{Fate, Node, NodeIndex, platform};
+
+use crate::account::Account;
 
 /// What varies from run to run: where and when it was, and what became of each node.
 ///
 /// Written by hand, since a run that has nothing to do does little else.
-pub(super) fn run_file(plan: &Plan, outcome: &Outcome, jobs: usize, started: Instant) -> String {
-    let seconds = started.elapsed();
-    let began = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |now| now.saturating_sub(seconds).as_secs());
+pub(super) fn run_file(run: &Account<'_>) -> String {
+    let &Account { plan, outcome, jobs, began, took, .. } = run;
+    let began = began.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let mut nodes: Vec<(&str, &Node)> = plan
         .graph
         .node_weights()
@@ -22,7 +22,7 @@ pub(super) fn run_file(plan: &Plan, outcome: &Outcome, jobs: usize, started: Ins
     nodes.sort_unstable_by_key(|(address, _)| *address);
     let mut text = String::with_capacity(256 * (nodes.len() + 1));
     let address_of = |node: NodeIndex| plan.graph[node].address.as_str();
-    write(&mut text, jobs, began, seconds.as_secs_f64(), &nodes, &address_of)
+    write(&mut text, jobs, began, took.as_secs_f64(), &nodes, &address_of)
         .expect("strings take everything");
     text
 }

@@ -8,10 +8,11 @@ use ivx_cache::{History, Run};
 use serde_json::{Value, json};
 
 use super::consent::consent;
+use crate::account::Nodes;
 use crate::args::{Format, RunsCommand};
 use crate::date::spell_moment;
 use crate::found::Found;
-use crate::history::{Nodes, Status, Summary};
+use crate::history::{Status, Summary};
 use crate::progress::spell;
 use crate::render::visible;
 use crate::{OK, Trouble, WRONG, args, project};

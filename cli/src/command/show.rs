@@ -8,9 +8,10 @@ use ivx_cache::{History, Run};
 use ivx_engine::Setting;
 
 use super::runs::{as_json, find, found, history, status};
+use crate::account::Nodes;
 use crate::args::Format;
 use crate::date::spell_moment;
-use crate::history::{Nodes, Summary};
+use crate::history::Summary;
 use crate::progress::spell;
 use crate::publish::{RESULTS, publish, refusal};
 use crate::{OK, Trouble, WRONG, args, project};

@@ -1,30 +1,21 @@
 //! What `ivx exec` says at its end: claims, then what was run.
 
-use std::collections::BTreeSet;
 use std::io::{self, Write};
-use std::time::Duration;
 
-use ivx_cache::Digest;
-use ivx_engine::{Claim, Fate, Outcome, Plan, Results, notes, reason, verdict};
-use ivx_grammar::ir::Spec;
+use ivx_engine::{Claim, Results, notes, reason, verdict};
 use ivx_op::{Finding, Outcome as Verdict};
+use serde_json::{Value, json};
 
+use crate::account::Account;
 use crate::progress::spell;
 use crate::render::visible;
 
 /// Writes the claims in the order of the spec, and how many nodes were executed.
-pub(super) fn write(
-    spec: &Spec,
-    results: &Results,
-    plan: &Plan,
-    outcome: &Outcome,
-    took: Duration,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+pub(super) fn write(run: &Account<'_>, results: &Results, out: &mut dyn Write) -> io::Result<()> {
     for words in &results.differs {
         writeln!(out, "differs     {}", visible(words))?;
     }
-    for experiment in &spec.experiments {
+    for experiment in &run.spec.experiments {
         let found = &results.experiments[&experiment.name];
         if experiment.claims.is_empty() && found.differs.is_empty() {
             continue;
@@ -38,43 +29,48 @@ pub(super) fn write(
             claim(&own.output.name, &claims[&own.output.name], out)?;
         }
     }
-    executed(plan, outcome, took, out)
+    executed(run, out)
+}
+
+/// What came out, for programs: the verdicts, how many nodes were executed, and where results and report lie.
+pub(super) fn as_json(run: &Account<'_>, results: &Results, [file, report]: &[String; 2]) -> Value {
+    let claims = run.spec.experiments.iter().flat_map(|experiment| {
+        let found = &results.experiments[&experiment.name].claims;
+        experiment.claims.iter().map(move |claim| (&experiment.name, &claim.output.name, found))
+    });
+    let claims = claims.map(|(experiment, words, found)| {
+        let outcome = found[words]
+            .outcome
+            .map_or_else(|| "no result".to_owned(), |outcome| outcome.to_string());
+        json!({ "experiment": experiment, "claim": words, "outcome": outcome })
+    });
+    let nodes = run.nodes();
+    json!({
+        "event": "ended",
+        "claims": claims.collect::<Vec<_>>(),
+        "nodes": nodes.all,
+        "executed": nodes.executed,
+        "failed": nodes.failed,
+        "skipped": nodes.skipped,
+        "results": file,
+        "report": report,
+    })
 }
 
 /// Writes how many nodes were executed.
-pub(super) fn executed(
-    plan: &Plan,
-    outcome: &Outcome,
-    took: Duration,
-    out: &mut dyn Write,
-) -> io::Result<()> {
-    let count =
-        |wanted: fn(&Fate) -> bool| outcome.nodes.iter().filter(|node| wanted(&node.fate)).count();
-    let ran = count(|fate| matches!(fate, Fate::Ran { .. }));
-    let failed = count(|fate| matches!(fate, Fate::Failed { .. }));
-    let skipped = count(|fate| matches!(fate, Fate::Skipped { .. }));
-    write!(out, "{ran} of {} nodes executed", plan.graph.node_count())?;
-    let (known, equal) = known(outcome);
-    if known > 0 {
-        write!(out, ", {known} known from earlier runs")?;
+pub(super) fn executed(run: &Account<'_>, out: &mut dyn Write) -> io::Result<()> {
+    let (nodes, n_equal) = (run.nodes(), run.n_equal());
+    write!(out, "{} of {} nodes executed", nodes.executed, nodes.all)?;
+    if nodes.hit > n_equal {
+        write!(out, ", {} known from earlier runs", nodes.hit - n_equal)?;
     }
-    if equal > 0 {
-        write!(out, ", {equal} equal to one of these (same operation, same inputs)")?;
+    if n_equal > 0 {
+        write!(out, ", {n_equal} equal to one of these (same operation, same inputs)")?;
     }
-    if failed > 0 {
-        write!(out, ", {failed} failed, {skipped} skipped because of them")?;
+    if nodes.failed > 0 {
+        write!(out, ", {} failed, {} skipped because of them", nodes.failed, nodes.skipped)?;
     }
-    writeln!(out, " ({})", spell(took))
-}
-
-/// How many results were known before, and how many are those of another node that was executed.
-fn known(outcome: &Outcome) -> (usize, usize) {
-    let ran = outcome.nodes.iter().filter(|node| matches!(node.fate, Fate::Ran { .. }));
-    let ran: BTreeSet<Digest> = ran.filter_map(|node| node.key).collect();
-    let hits = outcome.nodes.iter().filter(|node| node.fate == Fate::Hit);
-    let (equal, known): (Vec<_>, Vec<_>) =
-        hits.partition(|node| node.key.is_some_and(|key| ran.contains(&key)));
-    (known.len(), equal.len())
+    writeln!(out, " ({})", spell(run.took))
 }
 
 /// Notes on a claim, behind what is said of it.
@@ -136,26 +132,6 @@ fn why(finding: &Finding) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_was_not_executed_was_known_or_equals_what_was() {
-        let node = |key: u8, fate| ivx_engine::Node {
-            key: Some(Digest([key; 32])),
-            fate,
-            ..ivx_engine::Node::default()
-        };
-        let ran = Fate::Ran { millis: 1 };
-        let nodes = vec![
-            node(1, Fate::Hit),
-            node(2, Fate::Hit),
-            node(2, ran.clone()),
-            node(3, ran),
-            node(4, Fate::Waiting),
-            node(5, Fate::Hit),
-            node(2, Fate::Hit),
-        ];
-        assert_eq!(known(&Outcome { nodes, ..Outcome::default() }), (2, 2));
-    }
 
     #[test]
     fn what_a_title_holds_stays_on_its_line() {

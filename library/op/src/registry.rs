@@ -72,6 +72,9 @@ pub enum OpError {
     /// The computation has no result.
     #[error("{0}")]
     Failed(String),
+    /// The computation was told to end, and kept what it did.
+    #[error("it was stopped")]
+    Stopped,
 }
 
 /// An encoded result.

@@ -5,6 +5,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest as _, Sha256};
 
+use crate::OpError;
+
 /// What a running operation knows besides its arguments.
 #[derive(Clone, Copy, Debug)]
 pub struct Ctx<'a> {
@@ -18,7 +20,8 @@ pub struct Ctx<'a> {
     pub progress: Option<&'a dyn Progress>,
 }
 
-/// Keeps what a long computation has done so far, so that it can go on after it was killed.
+/// Keeps what a long computation has done so far, so that it can go on after it was stopped or killed, and tells of
+/// it.
 ///
 /// A computation that goes on must end in the same bytes as one that was never interrupted.
 pub trait Progress: std::fmt::Debug + Sync {
@@ -28,6 +31,12 @@ pub trait Progress: std::fmt::Debug + Sync {
     fn due(&self) -> bool;
     /// Keeps this in the place of what was kept before. A failure costs time, not the result.
     fn save(&self, state: Vec<u8>);
+    /// Whether the computation is to end now.
+    fn stopping(&self) -> bool;
+    /// Whether it is time to tell something.
+    fn listens(&self) -> bool;
+    /// Tells how many of how many steps are done, and how it goes.
+    fn tell(&self, done: u64, of: u64, words: &str);
 }
 
 impl<'a> Ctx<'a> {
@@ -49,10 +58,24 @@ impl<'a> Ctx<'a> {
         self.progress?.load()
     }
 
-    /// Keeps what is done so far, if it is time to. Call it between steps.
-    pub fn checkpoint(&self, state: impl FnOnce() -> Vec<u8>) {
-        if let Some(progress) = self.progress.filter(|progress| progress.due()) {
+    /// Keeps what is done so far, if it is time to. Call it between steps that take no more than a second.
+    ///
+    /// # Errors
+    /// If the computation is to end now, which is kept then.
+    pub fn checkpoint(&self, state: impl FnOnce() -> Vec<u8>) -> Result<(), OpError> {
+        let Some(progress) = self.progress else { return Ok(()) };
+        let stopping = progress.stopping();
+        if stopping || progress.due() {
             progress.save(state());
+        }
+        if stopping { Err(OpError::Stopped) } else { Ok(()) }
+    }
+
+    /// Tells that `done` of `of` steps are done, and how it goes in a few words, such as `loss 0.31`: they are made
+    /// only where somebody listens. It changes no result.
+    pub fn tell(&self, done: u64, of: u64, words: impl FnOnce() -> String) {
+        if let Some(progress) = self.progress.filter(|progress| progress.listens()) {
+            progress.tell(done, of, &words());
         }
     }
 
@@ -103,6 +126,53 @@ mod tests {
         draws.sort_unstable();
         draws.dedup();
         assert_eq!(draws.len(), 7);
+    }
+
+    /// Is stopped after three steps; keeps and tells every other one.
+    #[derive(Debug, Default)]
+    struct Kept(std::sync::Mutex<(u64, Vec<u8>, Vec<String>)>);
+
+    impl Progress for Kept {
+        fn load(&self) -> Option<Vec<u8>> {
+            let kept = &self.0.lock().unwrap().1;
+            (!kept.is_empty()).then(|| kept.clone())
+        }
+        fn due(&self) -> bool {
+            self.0.lock().unwrap().0.is_multiple_of(2)
+        }
+        fn save(&self, state: Vec<u8>) {
+            self.0.lock().unwrap().1 = state;
+        }
+        fn stopping(&self) -> bool {
+            let steps = &mut self.0.lock().unwrap().0;
+            *steps += 1;
+            *steps == 3
+        }
+        fn listens(&self) -> bool {
+            self.due()
+        }
+        fn tell(&self, done: u64, of: u64, words: &str) {
+            self.0.lock().unwrap().2.push(format!("{done} of {of}: {words}"));
+        }
+    }
+
+    #[test]
+    fn who_is_stopped_has_kept_what_was_done() {
+        let kept = Kept::default();
+        let run = |ctx: Ctx| {
+            for t in ctx.resume().map_or(0, |state| state[0])..5 {
+                ctx.checkpoint(|| vec![t])?;
+                ctx.tell(t.into(), 5, || "well".to_owned());
+            }
+            Ok(())
+        };
+        let ctx = Ctx::new("train", 0, None).keeping(&kept);
+        assert_eq!(run(ctx), Err(OpError::Stopped));
+        // It goes on with the step that was not begun.
+        assert_eq!(ctx.resume(), Some(vec![2]));
+        assert_eq!(run(ctx), Ok(()));
+        assert_eq!(kept.0.lock().unwrap().2, ["1 of 5: well", "2 of 5: well", "4 of 5: well"]);
+        assert_eq!(run(Ctx::new("train", 0, None)), Ok(()));
     }
 
     #[test]

@@ -200,7 +200,7 @@ impl Learning<'_> {
             }
             shown.take(&all, turns.turn(t, ctx));
             loss(graph, tables, &shown)
-        });
+        })?;
         let params = graph.params();
         let values: Vec<f64> = params.value(table).iter().map(|x| f64::from(*x)).collect();
         if values.iter().any(|x| !x.is_finite()) {

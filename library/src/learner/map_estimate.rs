@@ -97,7 +97,7 @@ impl MapEstimate {
         let pull = self.prior.pull(self.loss.scale(), n);
         let (loss, optimiser) = (&*self.loss, &*self.optimiser);
         let how = Training { loss, optimiser, pull, batch: self.batch, steps };
-        let net = nn::fit(net, data, &how, ctx);
+        let net = nn::fit(net, data, &how, ctx)?;
         if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
             let message = format!(
                 "training diverged within {steps} steps: lower the learning rate or widen the prior"

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{Ctx, Data, Tensors};
+use ivx_op::{Ctx, Data, OpError, Tensors, shown};
 use rand::seq::SliceRandom as _;
 
 use super::graph::{Graph, Var};
@@ -24,21 +24,27 @@ pub struct Descent<'a> {
 /// Updates the parameters of `graph` by the gradients of what `loss` makes on it, a scalar, at each step.
 ///
 /// Progress is kept with `ctx`, and goes on from there.
+///
+/// # Errors
+/// If it is told to end.
 pub fn descend(
     graph: &Graph<f32>,
     how: &Descent<'_>,
     ctx: &Ctx,
     mut loss: impl FnMut(&Graph<f32>, u64) -> Var,
-) {
+) -> Result<(), OpError> {
     let mut moments = graph.params().moments();
     let state = ctx.resume().and_then(|bytes| restore(&bytes, &mut graph.params(), &mut moments));
     for t in state.unwrap_or(0)..how.steps {
-        ctx.checkpoint(|| keep(t, &graph.params(), &moments));
+        ctx.checkpoint(|| keep(t, &graph.params(), &moments))?;
         graph.begin();
-        graph.backward(loss(graph, t));
+        let loss = loss(graph, t);
+        ctx.tell(t, how.steps, || format!("loss {}", shown(graph.scalar(loss).into())));
+        graph.backward(loss);
         let step = Step { t, total: how.steps, pull: how.pull };
         how.optimiser.step(&step, &mut graph.params(), &mut moments);
     }
+    Ok(())
 }
 
 /// Which of `n` items a step looks at: all, or so many at a time, in an order drawn anew for every pass, leaving out

@@ -1,6 +1,6 @@
 //! Training networks.
 
-use ivx_op::Ctx;
+use ivx_op::{Ctx, OpError};
 use rand_chacha::ChaCha8Rng;
 
 use super::descend::{Descent, Turns, descend};
@@ -38,10 +38,17 @@ pub struct Training<'a> {
 /// through the data in an order drawn anew for every pass, and leave out what does not fill one. Progress
 /// is kept with `ctx`, and goes on from there.
 ///
+/// # Errors
+/// If it is told to end.
+///
 /// # Panics
 /// If an array is missing, or there are no data.
-#[must_use]
-pub fn fit(mut net: NetModel, data: &Dataset, how: &Training<'_>, ctx: &Ctx) -> NetModel {
+pub fn fit(
+    mut net: NetModel,
+    data: &Dataset,
+    how: &Training<'_>,
+    ctx: &Ctx,
+) -> Result<NetModel, OpError> {
     let (graph, params) = load(&net, "");
     let mut batches = Batches::new(&net, data, how.batch);
     let mut dropout = ctx.rng("dropout", &[]);
@@ -51,13 +58,13 @@ pub fn fit(mut net: NetModel, data: &Dataset, how: &Training<'_>, ctx: &Ctx) -> 
         dropout.set_stream(t);
         dropout.set_word_pos(0);
         objective(graph, &params, (&net, how.loss), &batches, &mut dropout)
-    });
+    })?;
     for param in graph.params().arrays() {
         let found = net.params.iter_mut().find(|(name, ..)| *name == param.name);
         let (.., values) = found.expect("networks have an array for every layer");
         values.clone_from(&param.value);
     }
-    net
+    Ok(net)
 }
 
 /// The loss of the batch at hand.

@@ -82,7 +82,7 @@ fn trained(
     let (graph, nets) = Bodies::of(&model);
     let mut turns = Turns::new(n, how.batch);
     let descent = Descent { optimiser: how.optimiser, pull: Pull::NONE, steps: how.steps };
-    nn::descend(&graph, &descent, ctx, |graph, t| loss(graph, &nets, turns.turn(t, ctx)));
+    nn::descend(&graph, &descent, ctx, |graph, t| loss(graph, &nets, turns.turn(t, ctx)))?;
     nn::learned(&graph, &mut model);
     if model.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
         return Err(OpError::Failed(format!(
