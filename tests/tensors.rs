@@ -88,7 +88,7 @@ fn python_reads_what_we_write_and_we_what_it_writes() {
         ("z", Data::F32(vec![2, 3], vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.25])),
         ("a", Data::F64(vec![2], vec![0.1, -1e300])),
         ("0.weight", Data::F32(vec![0, 2], vec![])),
-        ("raw", Data::U8(b"ivx".to_vec())),
+        ("raw", Data::bytes(b"ivx".to_vec())),
     ];
     let arrays = expected.map(|(name, data)| (name.to_owned(), data)).into();
     assert_eq!((theirs, metadata.len()), (Tensors { arrays }, 0));

@@ -42,7 +42,7 @@ pub enum Data {
     /// Single precision.
     F32(Vec<usize>, Vec<f32>),
     /// Bytes.
-    U8(Vec<u8>),
+    U8(Vec<usize>, Vec<u8>),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -60,7 +60,7 @@ impl Tensors {
     pub fn encode<F: Serialize>(&self, kind: &str, facts: &F) -> Vec<u8> {
         let header = Header { kind: kind.to_owned(), facts };
         let header = ron::to_string(&header).expect("facts are plain data");
-        let bytes: Vec<_> = self.arrays.iter().map(|(name, data)| (name, data.bytes())).collect();
+        let bytes: Vec<_> = self.arrays.iter().map(|(name, data)| (name, data.view())).collect();
         let views = bytes.iter().map(|(name, (dtype, shape, bytes))| {
             let view = TensorView::new(*dtype, shape.clone(), bytes).expect("shape fits the data");
             (name.as_str(), view)
@@ -94,6 +94,14 @@ impl Tensors {
         }
     }
 
+    /// Takes an array of bytes out.
+    pub fn u8(&mut self, name: &str) -> Option<(Vec<usize>, Vec<u8>)> {
+        match self.arrays.remove(name)? {
+            Data::U8(shape, values) => Some((shape, values)),
+            _ => None,
+        }
+    }
+
     /// Takes a single-precision array out.
     pub fn f32(&mut self, name: &str) -> Option<(Vec<usize>, Vec<f32>)> {
         match self.arrays.remove(name)? {
@@ -104,7 +112,13 @@ impl Tensors {
 }
 
 impl Data {
-    fn bytes(&self) -> (Dtype, Vec<usize>, Vec<u8>) {
+    /// Bytes in a row.
+    #[must_use]
+    pub fn bytes(bytes: Vec<u8>) -> Self {
+        Self::U8(vec![bytes.len()], bytes)
+    }
+
+    fn view(&self) -> (Dtype, Vec<usize>, Vec<u8>) {
         match self {
             Self::F64(shape, values) => {
                 (Dtype::F64, shape.clone(), values.iter().flat_map(|x| x.to_le_bytes()).collect())
@@ -112,7 +126,7 @@ impl Data {
             Self::F32(shape, values) => {
                 (Dtype::F32, shape.clone(), values.iter().flat_map(|x| x.to_le_bytes()).collect())
             }
-            Self::U8(values) => (Dtype::U8, vec![values.len()], values.clone()),
+            Self::U8(shape, values) => (Dtype::U8, shape.clone(), values.clone()),
         }
     }
 
@@ -127,7 +141,7 @@ impl Data {
                 let (words, _) = bytes.as_chunks();
                 Some(Self::F32(shape, words.iter().map(|w| f32::from_le_bytes(*w)).collect()))
             }
-            Dtype::U8 => Some(Self::U8(bytes.to_vec())),
+            Dtype::U8 => Some(Self::U8(shape, bytes.to_vec())),
             _ => None,
         }
     }
@@ -186,9 +200,9 @@ pub fn distance(a: &[u8], b: &[u8]) -> Option<f64> {
                 let pairs = a.iter().zip(b);
                 pairs.map(|(a, b)| relative(f64::from(*a), f64::from(*b))).fold(0.0, f64::max)
             }
-            (Data::U8(a), Data::U8(b)) if a == b => 0.0,
+            (Data::U8(shape, a), Data::U8(other, b)) if (shape, a) == (other, b) => 0.0,
             // The fields of a record are artifacts themselves.
-            (Data::U8(a), Data::U8(b)) => distance(a, b)?,
+            (Data::U8(_, a), Data::U8(_, b)) => distance(a, b)?,
             _ => return None,
         };
         Some(most.max(by))
@@ -221,7 +235,7 @@ mod tests {
         assert_eq!(distance(&a, &artifact(vec![1.0, 200.0], 1)), None);
         assert_eq!(distance(&a, &artifact(vec![1.0, 200.0, f64::NAN], 2)), None);
         let nested = |inner: Vec<u8>| {
-            Tensors { arrays: [("field".to_owned(), Data::U8(inner))].into() }.encode("Rec", &())
+            Tensors { arrays: [("field".to_owned(), Data::bytes(inner))].into() }.encode("Rec", &())
         };
         let by = distance(&nested(a), &nested(artifact(vec![1.5, 200.0, f64::NAN], 1)));
         assert!((by.unwrap() - 1.0 / 3.0).abs() < 1e-15);
@@ -232,7 +246,7 @@ mod tests {
         let arrays = BTreeMap::from([
             ("w".to_owned(), Data::F32(vec![2, 1], vec![1.5, -0.25])),
             ("a".to_owned(), Data::F64(vec![1], vec![f64::NAN])),
-            ("text".to_owned(), Data::U8(b"abc".to_vec())),
+            ("text".to_owned(), Data::U8(vec![3, 1], b"abc".to_vec())),
         ]);
         let bytes = Tensors { arrays }.encode("Toy", &(7_u8, "x"));
         assert_eq!(bytes, {

@@ -67,7 +67,7 @@ impl AnyRecord {
     /// The record as bytes.
     #[must_use]
     pub fn encode_as(&self, kind: &str) -> Vec<u8> {
-        let arrays = self.0.iter().map(|(name, bytes)| (name.clone(), Data::U8(bytes.clone())));
+        let arrays = self.0.iter().map(|(name, bytes)| (name.clone(), Data::bytes(bytes.clone())));
         Tensors { arrays: arrays.collect() }.encode(kind, &())
     }
 
@@ -76,7 +76,7 @@ impl AnyRecord {
     pub fn decode_as(kind: &str, bytes: &[u8]) -> Option<Self> {
         let (tensors, ()) = Tensors::decode(kind, bytes)?;
         let fields = tensors.arrays.into_iter().map(|(name, data)| match data {
-            Data::U8(bytes) => Some((name, bytes)),
+            Data::U8(_, bytes) => Some((name, bytes)),
             _ => None,
         });
         fields.collect::<Option<_>>().map(Self)

@@ -36,12 +36,13 @@ rendered! {
 
 fn encode(kind: &str, files: &BTreeMap<String, String>) -> Vec<u8> {
     let arrays =
-        files.iter().map(|(name, text)| (name.clone(), Data::U8(text.clone().into_bytes())));
+        files.iter().map(|(name, text)| (name.clone(), Data::bytes(text.clone().into_bytes())));
     Tensors { arrays: arrays.collect() }.encode(kind, &())
 }
 
 fn decode(kind: &str, bytes: &[u8]) -> Option<BTreeMap<String, String>> {
     let (tensors, ()) = Tensors::decode(kind, bytes)?;
-    let text = |data| if let Data::U8(bytes) = data { String::from_utf8(bytes).ok() } else { None };
+    let text =
+        |data| if let Data::U8(_, bytes) = data { String::from_utf8(bytes).ok() } else { None };
     tensors.arrays.into_iter().map(|(name, data)| Some((name, text(data)?))).collect()
 }

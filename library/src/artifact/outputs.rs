@@ -34,7 +34,7 @@ impl Artifact for Outputs {
     fn encode(&self) -> Vec<u8> {
         // An array may not bear every name, so that the names are facts.
         let arrays = self.files.values().enumerate();
-        let arrays = arrays.map(|(i, file)| (i.to_string(), Data::U8(file.bytes.clone())));
+        let arrays = arrays.map(|(i, file)| (i.to_string(), Data::bytes(file.bytes.clone())));
         let names: Vec<(&String, bool)> =
             self.files.iter().map(|(name, file)| (name, file.is_executable)).collect();
         Tensors { arrays: arrays.collect() }.encode(Self::KIND, &names)
@@ -44,7 +44,7 @@ impl Artifact for Outputs {
         let (mut tensors, names) = Tensors::decode::<Vec<(String, bool)>>(Self::KIND, bytes)?;
         let files = names.into_iter().enumerate().map(|(i, (name, is_executable))| {
             match tensors.arrays.remove(&i.to_string())? {
-                Data::U8(bytes) => Some((name, Blob { bytes, is_executable })),
+                Data::U8(_, bytes) => Some((name, Blob { bytes, is_executable })),
                 _ => None,
             }
         });
@@ -56,14 +56,14 @@ impl Artifact for Blob {
     const KIND: &'static str = "File";
 
     fn encode(&self) -> Vec<u8> {
-        let arrays = [("bytes".to_owned(), Data::U8(self.bytes.clone()))];
+        let arrays = [("bytes".to_owned(), Data::bytes(self.bytes.clone()))];
         Tensors { arrays: arrays.into() }.encode(Self::KIND, &self.is_executable)
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (mut tensors, is_executable) = Tensors::decode(Self::KIND, bytes)?;
         match tensors.arrays.remove("bytes")? {
-            Data::U8(bytes) => Some(Self { bytes, is_executable }),
+            Data::U8(_, bytes) => Some(Self { bytes, is_executable }),
             _ => None,
         }
     }

@@ -30,7 +30,7 @@ pub fn npz(arrays: &BTreeMap<String, Data>) -> Vec<u8> {
         let file = match data {
             Data::F64(shape, xs) => npy("<f8", shape, xs.iter().flat_map(|x| x.to_le_bytes())),
             Data::F32(shape, xs) => npy("<f4", shape, xs.iter().flat_map(|x| x.to_le_bytes())),
-            Data::U8(bytes) => npy("|u1", &[bytes.len()], bytes.iter().copied()),
+            Data::U8(shape, bytes) => npy("|u1", shape, bytes.iter().copied()),
         };
         (name.as_str(), file)
     });

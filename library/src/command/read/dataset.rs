@@ -114,7 +114,7 @@ fn tensors(bytes: &[u8]) -> Result<Columns, String> {
         Data::F32(shape, values) => {
             Ok((name, (shape, values.into_iter().map(f64::from).collect())))
         }
-        Data::U8(_) => Err(format!("`{name}` holds bytes; numbers are F64 or F32")),
+        Data::U8(..) => Err(format!("`{name}` holds bytes; numbers are F64 or F32")),
     });
     wide.collect::<Result<BTreeMap<_, _>, _>>()
 }

@@ -86,7 +86,7 @@ fn wide(name: &str, data: Data) -> Result<(Vec<usize>, Vec<f64>), String> {
     let (shape, values) = match data {
         Data::F64(shape, values) => (shape, values),
         Data::F32(shape, values) => (shape, values.into_iter().map(f64::from).collect()),
-        Data::U8(_) => return Err(format!("`{name}` holds bytes; numbers are F64 or F32")),
+        Data::U8(..) => return Err(format!("`{name}` holds bytes; numbers are F64 or F32")),
     };
     let finite = values.iter().all(|x| x.is_finite());
     if finite {
