@@ -17,6 +17,10 @@ fn every_spec_checks_without_a_word_in_every_profile() {
             if entry.path().extension().is_none_or(|extension| extension != "ivx") {
                 continue;
             }
+            let text = fs::read_to_string(entry.path()).expect("specs can be read");
+            let sizes = ["seeds", "steps", "epochs"].map(|size| format!("param {size}: Int"));
+            let has_sizes = sizes.iter().any(|size| text.contains(size));
+            assert_eq!(text.contains("profile smoke"), has_sizes, "{}", entry.path().display());
             for profile in [&[][..], &["--profile", "paper"]] {
                 let mut args = vec!["ivx".into(), "check".into(), entry.path().into_os_string()];
                 args.extend(profile.iter().map(Into::into));
@@ -35,35 +39,8 @@ fn the_thesis_runs_at_its_smallest() {
     for (name, text) in specs() {
         project.write(&name, &text);
     }
-    let smallest = [
-        "reward_ensemble.members=2",
-        "reward_ensemble.hidden=[4, 4]",
-        "reward_ensemble.steps=3",
-        "ignorance.seeds=2",
-        "polynomial_regression.seeds=2",
-        "deep_ensemble.seeds=2",
-        "overoptimisation.seeds=2",
-        "behaviour_cloning.seeds=2",
-        "behaviour_cloning.demos=10",
-        "behaviour_cloning.steps=20",
-        "behaviour_cloning.episodes=10",
-        "value_learning.seeds=2",
-        "value_learning.walks=5",
-        "value_learning.episodes=20",
-        "value_ensemble.seeds=2",
-        "value_ensemble.passes=5",
-        "world_model.seeds=2",
-        "world_model.walks=40",
-        "world_model.steps=3",
-        "reward_process.seeds=2",
-        "reward_process.steps=2",
-        "gridworld.epochs=1",
-        "disagreement.seeds=2",
-        "novelty.seeds=2",
-    ];
     let out = project.path("out").display().to_string();
-    let sets = smallest.iter().flat_map(|set| ["--set", set]);
-    let sets: Vec<&str> = sets.chain(["--out", &out]).collect();
+    let sets = ["--profile", "smoke", "--out", &out];
     let executed = project.executed("thesis.ivx", &sets);
     assert!(executed > 100, "{executed}");
     assert_eq!(project.executed("thesis.ivx", &sets), 0);
@@ -84,20 +61,8 @@ fn networks_run_at_their_smallest() {
     for (name, text) in specs() {
         project.write(&name, &text);
     }
-    let smallest = [
-        "glyphs.n=9",
-        "glyphs.steps=2",
-        "glyphs.seeds=1",
-        "copying.n=5",
-        "copying.steps=2",
-        "copying.seeds=1",
-        "posteriors.members=2",
-        "posteriors.steps=3",
-        "posteriors.seeds=2",
-    ];
     let out = project.path("out").display().to_string();
-    let sets = smallest.iter().flat_map(|set| ["--set", set]);
-    let sets: Vec<&str> = sets.chain(["--out", &out]).collect();
+    let sets = ["--profile", "smoke", "--out", &out];
     assert!(project.executed("networks.ivx", &sets) > 20);
     assert_eq!(project.executed("networks.ivx", &sets), 0);
     assert!(project.read("out/figures/glyphs.svg").starts_with("<svg"));
