@@ -1,10 +1,11 @@
 //! `ivx plan`
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 use ivx_cache::Cache;
 use ivx_engine::{Foreseen, Plan, Step, consult, expand, foresee, gone, platform};
+use ivx_op::Lit;
 use petgraph::visit::EdgeRef as _;
 use serde_json::{Value, json};
 
@@ -89,10 +90,28 @@ pub(super) fn word(foreseen: Foreseen) -> &'static str {
 fn as_json(plan: &Plan, foreseen: &[Foreseen], gone: &[bool]) -> Value {
     let node = |((step, foreseen), gone): ((&Step, &Foreseen), &bool)| {
         let state = word(*foreseen);
-        json!({ "address": step.address, "operation": step.op, "state": state, "gone": gone })
+        let mut parts = BTreeSet::new();
+        step.args.values().for_each(|lit| named(lit, &mut parts));
+        json!({
+            "address": step.address, "operation": step.op, "parts": parts, "state": state,
+            "gone": gone,
+        })
     };
     let nodes: Vec<Value> = plan.graph.node_weights().zip(foreseen).zip(gone).map(node).collect();
     json!({ "nodes": nodes })
+}
+
+/// The parts in a description, by name.
+fn named<'a>(lit: &'a Lit, parts: &mut BTreeSet<&'a str>) {
+    match lit {
+        Lit::List(items) => items.iter().for_each(|item| named(item, parts)),
+        Lit::Part(part) => {
+            // A record has no name.
+            parts.extend(Some(part.name.as_str()).filter(|name| !name.is_empty()));
+            part.args.values().for_each(|arg| named(arg, parts));
+        }
+        _ => {}
+    }
 }
 
 fn dot(plan: &Plan, foreseen: &[Foreseen], out: &mut dyn Write) -> std::io::Result<()> {
