@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use ivx_engine::Results;
-use ivx_library::math::moments::real;
+use ivx_math::moments::real;
 use ivx_op::{Finding, Outcome};
 use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;

@@ -4,8 +4,8 @@
 
 #![expect(clippy::print_stdout, reason = "a bench tells what it found")]
 
-use ivx_library::math::evidence::{Evidence, Spread};
-use ivx_library::math::moments::real;
+use ivx_math::evidence::{Evidence, Spread};
+use ivx_math::moments::real;
 use ivx_op::Ctx;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;

@@ -10,7 +10,6 @@ pub mod env;
 pub mod figure;
 pub mod ke;
 pub mod learner;
-pub mod math;
 pub mod metric;
 pub mod nn;
 pub mod planner;

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use ivx_cache::{Cache, Digest, History};
 use ivx_engine::{Change, Made, Moved, Results, Root, Shift, platform, shifts};
-use ivx_library::math::evidence::{Evidence, Spread};
+use ivx_math::evidence::{Evidence, Spread};
 
 use crate::args::{self, DiffFormat, StoreMode};
 use crate::found::Found;

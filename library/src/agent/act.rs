@@ -5,8 +5,8 @@ use rand::RngExt as _;
 
 use crate::artifact::{Dataset, Episode, Form, Rollouts};
 use crate::env::{Env, Mdp};
-use crate::math::moments::real;
-use crate::math::policy::pick;
+use ivx_math::moments::real;
+use ivx_math::policy::pick;
 
 declare! {
     /// Episodes of a policy in an environment (Eqn. 2.35).
@@ -171,8 +171,8 @@ impl Op for Visits {
 mod tests {
     use super::*;
     use crate::env::{Chain, GoalWorld};
-    use crate::math::bellman::expected_values;
-    use crate::math::moments::mean;
+    use ivx_math::bellman::expected_values;
+    use ivx_math::moments::mean;
 
     const CTX: Ctx = Ctx::new("act", 3, None);
 

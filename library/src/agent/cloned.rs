@@ -6,8 +6,8 @@ use super::act::form;
 use crate::artifact::{Form, Model};
 use crate::env::Env;
 use crate::learner::form::{failed, told, wrong};
-use crate::math::policy::boltzmann;
 use crate::nn::Misfit;
+use ivx_math::policy::boltzmann;
 
 declare! {
     /// The policy that takes each action as probably as a classifier of demonstrations names it.

@@ -8,7 +8,7 @@ use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
 use super::act::Luck;
 use super::policy::greedy_policy;
 use crate::env::{Env, world_pays};
-use crate::math::order::max;
+use ivx_math::order::max;
 
 /// Says what the state after an action is worth.
 pub trait Bootstrap: Debug + Send + Sync {
@@ -121,7 +121,7 @@ mod tests {
     use super::super::{PolicyValues, ValueIteration};
     use super::*;
     use crate::env::GoalWorld;
-    use crate::math::bellman::expected_values;
+    use ivx_math::bellman::expected_values;
 
     const CTX: Ctx = Ctx::new("control", 1, None);
 

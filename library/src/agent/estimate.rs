@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 use ivx_op::{Array, Ctx, One, Op, OpError, Parts, declare, family};
 
 use crate::artifact::{Episode, Rollouts};
-use crate::math::moments::real;
-use crate::math::returns::{Path, k_step, lambda_returns};
+use ivx_math::moments::real;
+use ivx_math::returns::{Path, k_step, lambda_returns};
 
 /// Says what the states of an episode are worth by what followed.
 pub trait Estimator: Debug + Send + Sync {
@@ -124,7 +124,7 @@ mod tests {
     use super::super::{Act, PolicyValues};
     use super::*;
     use crate::env::{Chain, Env as _};
-    use crate::math::bellman::expected_values;
+    use ivx_math::bellman::expected_values;
 
     const REWARDS: [f64; 3] = [1.0, 0.0, 2.0];
     const VALUES: [f64; 4] = [9.0, 9.0, 8.0, 4.0];

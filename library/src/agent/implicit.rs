@@ -2,9 +2,9 @@
 
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
-use crate::math::bellman::{Model, evaluation, optimality};
-use crate::math::moments::real;
-use crate::math::mpv::{
+use ivx_math::bellman::{Model, evaluation, optimality};
+use ivx_math::moments::real;
+use ivx_math::mpv::{
     Rollout, implicit_action_ensemble, implicit_ensemble, independent_rollouts, one_rollout,
 };
 

@@ -3,9 +3,9 @@
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
 use crate::env::Env;
-use crate::math::moments::real;
-use crate::math::order::argmax;
-use crate::math::policy::boltzmann;
+use ivx_math::moments::real;
+use ivx_math::order::argmax;
+use ivx_math::policy::boltzmann;
 
 declare! {
     /// The policy of a random agent: every action is equally probable.

@@ -9,9 +9,9 @@ use super::act::{Luck, episode};
 use super::estimate::along;
 use crate::artifact::Episode;
 use crate::env::{Env, world_pays};
-use crate::math::moments::real;
-use crate::math::policy::boltzmann;
-use crate::math::returns::{Path, advantages, lambda_returns};
+use ivx_math::moments::real;
+use ivx_math::policy::boltzmann;
+use ivx_math::returns::{Path, advantages, lambda_returns};
 
 /// Says how much better than expected the actions of an episode were.
 pub trait Critic: Debug + Send + Sync {
@@ -143,7 +143,7 @@ mod tests {
     use super::super::{PolicyValues, ValueIteration};
     use super::*;
     use crate::env::GoalWorld;
-    use crate::math::bellman::expected_values;
+    use ivx_math::bellman::expected_values;
 
     const CTX: Ctx = Ctx::new("policy_gradient", 1, None);
 

@@ -7,8 +7,8 @@ use rand_distr::{Distribution as _, StandardNormal};
 use super::policy::{greedy_policy, n_actions};
 use crate::artifact::Rollouts;
 use crate::ke::KnowledgeEquivalent;
-use crate::math::order::max;
 use crate::planner::equivalents;
+use ivx_math::order::max;
 
 declare! {
     /// Several tables of action values, learned from the same episodes and told apart as Remark 2.7 says: by

@@ -6,10 +6,10 @@ use rand_distr::{Distribution as _, StandardNormal};
 
 use super::tabular_loss::{Steps, expected_sarsa_loss, reward_loss, transition_loss};
 use crate::artifact::Rollouts;
-use crate::math::moments::real;
-use crate::math::tabular::probabilities;
 use crate::nn::optim::Pull;
 use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Real as _, Turns, Var};
+use ivx_math::moments::real;
+use ivx_math::tabular::probabilities;
 
 macro_rules! tables {
     ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal [$($dim:ident),+] { $($own:tt)* })+) => {$(
@@ -216,9 +216,9 @@ mod tests {
     use super::super::{Act, PolicyValues, UniformPolicy};
     use super::*;
     use crate::env::{Chain, Env};
-    use crate::math::bellman::expected_values;
-    use crate::math::tabular::{Transition, most_likely, transition_counts};
     use crate::nn::{Adam, Constant, Linear, Schedule};
+    use ivx_math::bellman::expected_values;
+    use ivx_math::tabular::{Transition, most_likely, transition_counts};
 
     const CTX: Ctx = Ctx::new("tabular", 3, None);
 

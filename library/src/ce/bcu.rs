@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use crate::math::order::max;
-use crate::math::tail::support;
+use ivx_math::order::max;
+use ivx_math::tail::support;
 
 declare! {
     /// Best-case utility (Eqn. 2.3): the highest outcome that is possible. Seeks risk.

@@ -3,7 +3,7 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use crate::math::moments::weighted_mean;
+use ivx_math::moments::weighted_mean;
 
 declare! {
     /// Expected utility (Eqn. 2.1): the mean. Neutral to risk.

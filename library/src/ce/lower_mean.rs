@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use crate::math::moments::weighted_mean;
-use crate::math::tail::lower_tail;
+use ivx_math::moments::weighted_mean;
+use ivx_math::tail::lower_tail;
 
 declare! {
     /// The mean of the lowest outcomes, by probability mass. Averse to risk, softer than `wcu`.

@@ -3,7 +3,7 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use crate::math::moments::{weighted_mean, weighted_variance};
+use ivx_math::moments::{weighted_mean, weighted_variance};
 
 declare! {
     /// Mean-variance utility (Eqn. 2.2): mean + β variance.

@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use crate::math::moments::weighted_mean;
-use crate::math::tail::upper_tail;
+use ivx_math::moments::weighted_mean;
+use ivx_math::tail::upper_tail;
 
 declare! {
     /// The mean of the highest outcomes, by probability mass. Seeks risk, softer than `bcu`.

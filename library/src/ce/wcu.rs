@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use crate::math::order::min;
-use crate::math::tail::support;
+use ivx_math::order::min;
+use ivx_math::tail::support;
 
 declare! {
     /// Worst-case utility (Eqn. 2.3): the lowest outcome that is possible. Averse to risk.

@@ -3,7 +3,7 @@
 use ivx_op::{OpError, declare};
 
 use super::{Belief, Lottery, Weighted, distribution};
-use crate::math::moments::uniform;
+use ivx_math::moments::uniform;
 
 declare! {
     /// A belief that one of several lotteries is the true one.

@@ -3,7 +3,7 @@
 use ivx_op::{Facts, OpError, Wrong, declare};
 
 use super::Points;
-use crate::math::moments::real;
+use ivx_math::moments::real;
 
 declare! {
     /// Evenly spaced places, both ends included.

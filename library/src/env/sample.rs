@@ -68,7 +68,7 @@ mod tests {
 
     use super::super::{Interval, Intervals, Sinusoids};
     use super::*;
-    use crate::math::moments::{mean, std};
+    use ivx_math::moments::{mean, std};
 
     const CTX: Ctx = Ctx::new("sample", 0, None);
 

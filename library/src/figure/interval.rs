@@ -1,7 +1,7 @@
 //! What replications say about a mean.
 
-use crate::math::evidence::{Evidence, Spread};
-use crate::math::moments::mean;
+use ivx_math::evidence::{Evidence, Spread};
+use ivx_math::moments::mean;
 
 /// A mean and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use crate::math::order::max;
-use crate::math::tail::support;
+use ivx_math::order::max;
+use ivx_math::tail::support;
 
 declare! {
     /// Best-case model (Eqn. 2.7b): the highest score of a model that is possible.

@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use crate::math::moments::weighted_mean;
-use crate::math::tail::lower_tail;
+use ivx_math::moments::weighted_mean;
+use ivx_math::tail::lower_tail;
 
 declare! {
     /// Conditional value at risk: the mean of the lowest scores, by posterior mass. A softer `wcm`.

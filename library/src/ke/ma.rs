@@ -3,7 +3,7 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use crate::math::moments::weighted_mean;
+use ivx_math::moments::weighted_mean;
 
 declare! {
     /// Model average (Eqn. 2.5): the mean over models. Neutral to ignorance.

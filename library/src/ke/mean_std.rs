@@ -3,7 +3,7 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use crate::math::moments::{weighted_mean, weighted_variance};
+use ivx_math::moments::{weighted_mean, weighted_variance};
 
 declare! {
     /// Mean + β population standard deviation over models.

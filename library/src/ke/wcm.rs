@@ -3,8 +3,8 @@
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use crate::math::order::min;
-use crate::math::tail::support;
+use ivx_math::order::min;
+use ivx_math::tail::support;
 
 declare! {
     /// Worst-case model (Eqn. 2.7a): the lowest score of a model that is possible.

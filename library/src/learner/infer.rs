@@ -11,7 +11,7 @@ use super::prior::prior_is_normal;
 use super::{Features, Prior};
 use crate::artifact::{Dataset, Posterior};
 use crate::env::{Points, curve};
-use crate::math::linear_gaussian;
+use ivx_math::linear_gaussian;
 
 /// Turns data into a belief about parameters.
 pub trait Inference: Debug + Send + Sync {
@@ -182,7 +182,7 @@ mod tests {
     use super::super::{Normal, Polynomial};
     use super::*;
     use crate::env::{Grid, Interval, Sample, Sinusoids};
-    use crate::math::moments::mean;
+    use ivx_math::moments::mean;
 
     const CTX: Ctx = Ctx::new("infer", 0, None);
 

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use super::prior::{NOT_NORMAL, prior_is_normal};
 use super::{Features, Learner, Prior};
 use crate::artifact::{Dataset, Model};
-use crate::math::linear_gaussian::{Regression, least_squares, posterior, powers};
+use ivx_math::linear_gaussian::{Regression, least_squares, posterior, powers};
 
 declare! {
     /// Maximum likelihood in closed form (Eqn. 2.15): least squares.
@@ -78,7 +78,7 @@ mod tests {
     use super::super::{Laplace, Normal, Polynomial};
     use super::*;
     use crate::env::{Interval, Reward as _, Sample, Sinusoids};
-    use crate::math::moments::mean;
+    use ivx_math::moments::mean;
     use ivx_op::Op as _;
 
     fn mle(degree: usize) -> LinearMle {

@@ -66,8 +66,8 @@ mod tests {
     use super::*;
     use crate::artifact::Dataset;
     use crate::learner::learners;
-    use crate::math::moments::{mean, std};
     use crate::registry;
+    use ivx_math::moments::{mean, std};
 
     fn trained(rate: f64, steps: u64) -> Model {
         let dense = Part::new("dense").with("units", 64_i64).with("activation", Part::new("relu"));

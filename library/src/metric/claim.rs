@@ -9,8 +9,8 @@ use super::broadcast::broadcast;
 use super::reduce::{Groups, SEED, reduce};
 use super::relation::Relation;
 use super::resample::RESAMPLE;
-use crate::math::evidence::{Evidence, N_RESAMPLES, Spread};
-use crate::math::moments::mean;
+use ivx_math::evidence::{Evidence, N_RESAMPLES, Spread};
+use ivx_math::moments::mean;
 
 declare! {
     /// Whether two measures relate as claimed, at every coordinate but `seed`.

@@ -4,7 +4,7 @@ use ivx_op::{Array, Ctx, Members, Op, OpError, declare};
 
 use super::over_members;
 use crate::ke::KnowledgeEquivalent;
-use crate::math::moments::uniform;
+use ivx_math::moments::uniform;
 
 declare! {
     /// The knowledge equivalent over members, at each coordinate.

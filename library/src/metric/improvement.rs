@@ -4,7 +4,7 @@ use ivx_op::{Array, AxisNames, Ctx, Named, Op, OpError, declare};
 
 use super::broadcast::broadcast;
 use super::reduce::reduce;
-use crate::math::moments::mean;
+use ivx_math::moments::mean;
 
 declare! {
     /// The probability that a run of `x` scores above one of `y`, ties half (Mann and Whitney's U over the number of

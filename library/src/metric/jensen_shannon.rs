@@ -3,8 +3,8 @@
 use ivx_op::{Array, AxisNames, Ctx, Facts, Named, Op, OpError, Wrong, declare};
 
 use super::reduce::Groups;
-use crate::math::disagreement::{decreasing, increasing, jensen_shannon};
-use crate::math::moments::real;
+use ivx_math::disagreement::{decreasing, increasing, jensen_shannon};
+use ivx_math::moments::real;
 
 declare! {
     /// The generalised Jensen-Shannon divergence of categorical distributions, in nats (Eqn. C.5): 0 where all are the

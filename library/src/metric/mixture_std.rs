@@ -3,7 +3,7 @@
 use ivx_op::{Array, Ctx, Members, Op, OpError, declare};
 
 use super::over_members;
-use crate::math::moments::variance;
+use ivx_math::moments::variance;
 
 declare! {
     /// The standard deviation of the even mixture of one normal a member (Eqn. 2.22):

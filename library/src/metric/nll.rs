@@ -5,8 +5,8 @@ use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 use super::accuracy::measurable;
 use crate::artifact::{Dataset, Model};
 use crate::learner::form;
-use crate::math::moments::mean;
-use crate::math::order::max;
+use ivx_math::moments::mean;
+use ivx_math::order::max;
 
 declare! {
     /// The negative log-likelihood of classes, averaged over targets (Eqn. 2.15): what `cross_entropy` lowers.

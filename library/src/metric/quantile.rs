@@ -3,7 +3,7 @@
 use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 use super::reduce::reduce;
-use crate::math::order;
+use ivx_math::order;
 
 declare! {
     /// A quantile, linear between neighbours (type 7); infinite between a number and an infinity.

@@ -2,7 +2,7 @@
 
 use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
-use crate::math::{moments, order};
+use ivx_math::{moments, order};
 
 /// The axis of replications.
 pub(super) const SEED: &str = "seed";

@@ -2,7 +2,7 @@
 
 use ivx_op::{OpError, Outcome};
 
-use crate::math::evidence::Evidence;
+use ivx_math::evidence::Evidence;
 
 /// How the left side is claimed to relate to the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

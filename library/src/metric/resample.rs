@@ -4,8 +4,8 @@ use ivx_op::{Array, Ctx, Dim, Everything, Labels, Op, OpError, declare};
 use rand::RngExt as _;
 
 use super::reduce::{SEED, named, reduce};
-use crate::math::evidence::N_RESAMPLES;
-use crate::math::order::quantile;
+use ivx_math::evidence::N_RESAMPLES;
+use ivx_math::order::quantile;
 
 /// The dimension of samples drawn anew.
 pub(super) const RESAMPLE: &str = "resample";

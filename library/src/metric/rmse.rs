@@ -4,8 +4,8 @@ use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
 
 use crate::artifact::{Dataset, Form, Model};
 use crate::learner::form;
-use crate::math::moments::mean;
 use crate::nn::Misfit;
+use ivx_math::moments::mean;
 
 declare! {
     /// The root mean squared error of a model on data, over all numbers of the targets.

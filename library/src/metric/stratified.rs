@@ -4,11 +4,11 @@ use ivx_op::{Array, AxisNames, Ctx, Dim, Facts, Labels, Named, Op, OpError, Wron
 use rand::RngExt as _;
 
 use super::reduce::{Groups, named};
-use crate::math::evidence::N_RESAMPLES;
-use crate::math::interval::percentile;
-use crate::math::moments::mean;
-use crate::math::order::median;
-use crate::math::several::shortfall;
+use ivx_math::evidence::N_RESAMPLES;
+use ivx_math::interval::percentile;
+use ivx_math::moments::mean;
+use ivx_math::order::median;
+use ivx_math::several::shortfall;
 
 /// The dimension of a number and the ends of its interval.
 pub(crate) const END: &str = "end";

@@ -182,7 +182,7 @@ mod tests {
     use pulp::Scalar;
 
     use super::*;
-    use crate::math::moments::real;
+    use ivx_math::moments::real;
 
     /// Adds sums in the order that is promised, one number at a time.
     fn expected(a: &[f32], b: &[f32], inner: usize, out: &mut [f32]) {

@@ -7,8 +7,8 @@ use crate::artifact::{Decision, Model};
 use crate::env::Points;
 use crate::ke::KnowledgeEquivalent;
 use crate::learner::form::model_of_pairs;
-use crate::math::moments::uniform;
-use crate::math::mpv::across;
+use ivx_math::moments::uniform;
+use ivx_math::mpv::across;
 
 declare! {
     /// The action of the highest knowledge equivalent over the members; the first where several

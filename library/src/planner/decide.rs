@@ -6,8 +6,8 @@ use super::utility::utilities;
 use crate::ce::CertaintyEquivalent;
 use crate::env::Problem;
 use crate::ke::KnowledgeEquivalent;
-use crate::math::moments::real;
-use crate::math::order::max;
+use ivx_math::moments::real;
+use ivx_math::order::max;
 
 /// Utilities that differ by no more, relative to the best (or to 1 if that is smaller), are equal.
 const TIE: f64 = 1e-12;
@@ -51,7 +51,7 @@ mod tests {
     use crate::ke::{Bcm, Ma, Wcm};
 
     fn lottery(outcomes: &[f64]) -> Box<dyn Lottery> {
-        let probabilities = crate::math::moments::uniform(outcomes.len());
+        let probabilities = ivx_math::moments::uniform(outcomes.len());
         Box::new(Discrete { outcomes: outcomes.to_vec(), probabilities })
     }
 

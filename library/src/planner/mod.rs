@@ -8,7 +8,6 @@ mod utility;
 use ivx_op::{OpError, Registry};
 
 use crate::artifact::Decision;
-use crate::math;
 
 pub use argmax::{Argmax, equivalents};
 pub use decide::{Decide, policy};
@@ -27,7 +26,7 @@ pub fn choose(candidates: Vec<f64>, scores: &[f64]) -> Result<Decision, OpError>
     if let Some(i) = scores.iter().position(|score| score.is_nan()) {
         return Err(OpError::Failed(format!("the score of {} is not a number", candidates[i])));
     }
-    let best = math::order::argmax(scores);
+    let best = ivx_math::order::argmax(scores);
     let best = best.ok_or_else(|| OpError::Failed("there is nothing to choose from".to_owned()))?;
     Ok(Decision { action: candidates[best], believed: scores[best], candidates })
 }

@@ -5,10 +5,10 @@ use ivx_library::env::{Reward, Sinusoids};
 use ivx_library::learner::{
     Inference, Learner, LinearBayes, LinearMap, LinearMle, Normal, Polynomial,
 };
-use ivx_library::math::linear_gaussian::{
+use ivx_math::linear_gaussian::{
     Regression, neg_log_likelihood, neg_log_posterior_gradient, neg_log_prior, powers,
 };
-use ivx_library::math::moments::mean;
+use ivx_math::moments::mean;
 use ivx_op::Ctx;
 use nalgebra::DVector;
 use serde_json::{Value, json};

@@ -2,16 +2,14 @@
 
 use ivx_library::env::{Chain, Env as _};
 use ivx_library::ke::{KnowledgeEquivalent as _, MeanStd};
-use ivx_library::math::bellman::{
-    Model, backup, evaluation, fixed_point, highest_values, optimality,
-};
-use ivx_library::math::moments::{mean, real, std, uniform};
-use ivx_library::math::mpv::{
+use ivx_library::planner::equivalents;
+use ivx_math::bellman::{Model, backup, evaluation, fixed_point, highest_values, optimality};
+use ivx_math::moments::{mean, real, std, uniform};
+use ivx_math::mpv::{
     across, along, explicit_model_ensemble, implicit_action_ensemble, implicit_ensemble,
 };
-use ivx_library::math::order::{argmax, rescaled};
-use ivx_library::math::returns::Path;
-use ivx_library::planner::equivalents;
+use ivx_math::order::{argmax, rescaled};
+use ivx_math::returns::Path;
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check_kind, number, numbers};

@@ -3,9 +3,9 @@
 use ivx_library::ce::{Bcu, CertaintyEquivalent, Eu, LowerMean, Mvu, UpperMean, Wcu};
 use ivx_library::env::{BeliefOver, Boxes, Discrete};
 use ivx_library::ke::{Bcm, Cvar, KnowledgeEquivalent, Ma, MeanStd, Mvm, Wcm};
-use ivx_library::math::moments::{sample_variance, uniform, weighted_variance};
-use ivx_library::math::order::argmax;
 use ivx_library::planner::{Decide, Utility, equivalents};
+use ivx_math::moments::{sample_variance, uniform, weighted_variance};
+use ivx_math::order::argmax;
 use ivx_op::{Ctx, Op};
 use serde_json::{Value, json};
 

@@ -1,8 +1,8 @@
 //! How much distributions of values disagree, and policies that act on it.
 
-use ivx_library::math::disagreement::{decreasing, increasing, jensen_shannon, mixture};
-use ivx_library::math::moments::uniform;
-use ivx_library::math::policy::{mix_logits, mix_probabilities, shares};
+use ivx_math::disagreement::{decreasing, increasing, jensen_shannon, mixture};
+use ivx_math::moments::uniform;
+use ivx_math::policy::{mix_logits, mix_probabilities, shares};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, number, numbers, rows};

@@ -1,7 +1,7 @@
 //! Losses and their gradients, in double precision (torch).
 
-use ivx_library::math::moments::real;
 use ivx_library::nn::{Graph, Params, Proximity, Shape, Steps, Var};
+use ivx_math::moments::real;
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, check_kind, number};
@@ -279,10 +279,9 @@ fn policy(case: &Case) -> Value {
             let q = input(case, "q");
             let epsilon = number(&case.inputs["epsilon"]);
             let rows: Vec<&[f64]> = q.values.chunks_exact(q.shape[1]).collect();
-            let probs =
-                rows.iter().map(|row| ivx_library::math::policy::epsilon_greedy(row, epsilon));
-            let soft = rows.iter().map(|row| ivx_library::math::policy::boltzmann(row, 0.5));
-            let first = rows.iter().map(|row| ivx_library::math::policy::greedy(row));
+            let probs = rows.iter().map(|row| ivx_math::policy::epsilon_greedy(row, epsilon));
+            let soft = rows.iter().map(|row| ivx_math::policy::boltzmann(row, 0.5));
+            let first = rows.iter().map(|row| ivx_math::policy::greedy(row));
             json!({
                 "probs_ties_split": probs.collect::<Vec<_>>(),
                 "argmax_first": first.collect::<Vec<_>>(),
@@ -303,7 +302,7 @@ fn ppo(pass: &Pass<'_>) -> Value {
     let log_probs = graph.affine(log_probs, -1.0, 0.0);
     let mut advantages = input(case, "advantages").values;
     if is("normalize_advantages") {
-        advantages = ivx_library::math::policy::normalised(&advantages);
+        advantages = ivx_math::policy::normalised(&advantages);
     }
     let advantages = graph.input(Shape::vectors(advantages.len(), 1), &advantages);
     let (old, returns) = (pass.places("v_old"), pass.places("returns"));

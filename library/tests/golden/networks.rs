@@ -398,8 +398,8 @@ fn mc_dropout(case: &Case) -> Value {
     let moment = |f: &dyn Fn(&[f64]) -> f64| -> Vec<f64> {
         (0..n).map(|i| f(&samples.iter().map(|sample| sample[i]).collect::<Vec<_>>())).collect()
     };
-    let mean = moment(&ivx_library::math::moments::mean);
-    let variance = moment(&|xs| ivx_library::math::moments::std(xs).powi(2));
+    let mean = moment(&ivx_math::moments::mean);
+    let variance = moment(&|xs| ivx_math::moments::std(xs).powi(2));
     let noise = number(&case.inputs["noise_var"]);
     let column = |xs: &[f64]| xs.iter().map(|x| vec![*x]).collect::<Vec<_>>();
     json!({

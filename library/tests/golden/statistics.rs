@@ -1,13 +1,11 @@
 //! Statistics beside those of scipy, rliable and scikit-learn.
 
-use ivx_library::math::compare::{
-    TTest, cohen_d, mann_whitney_p, mann_whitney_u, sign_flip_p, wilcoxon,
-};
-use ivx_library::math::detect::{auroc, average_precision, pearson, rate_above, spearman};
-use ivx_library::math::interval::{percentile, wilson};
-use ivx_library::math::moments::{mean, real, sample_variance, stderr};
-use ivx_library::math::order::quantile;
-use ivx_library::math::several::{Aggregate, benjamini_hochberg, holm, improvement};
+use ivx_math::compare::{TTest, cohen_d, mann_whitney_p, mann_whitney_u, sign_flip_p, wilcoxon};
+use ivx_math::detect::{auroc, average_precision, pearson, rate_above, spearman};
+use ivx_math::interval::{percentile, wilson};
+use ivx_math::moments::{mean, real, sample_variance, stderr};
+use ivx_math::order::quantile;
+use ivx_math::several::{Aggregate, benjamini_hochberg, holm, improvement};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, number, numbers, rows};

@@ -2,12 +2,12 @@
 
 use ivx_library::agent::{Bootstrap, ExpectedSarsa, QLearning, Sarsa, worth};
 use ivx_library::ke::{Bcm, KnowledgeEquivalent, Ma, Wcm};
-use ivx_library::math::moments::{mean, real};
-use ivx_library::math::off_policy::{Ahead, VTrace, retrace, v_trace};
-use ivx_library::math::order::argmax;
-use ivx_library::math::returns::{Path, advantages, advantages_cut, k_step, lambda_returns};
-use ivx_library::math::two_hot::{Bins, signed_hyperbolic, signed_parabolic};
 use ivx_library::planner::equivalents;
+use ivx_math::moments::{mean, real};
+use ivx_math::off_policy::{Ahead, VTrace, retrace, v_trace};
+use ivx_math::order::argmax;
+use ivx_math::returns::{Path, advantages, advantages_cut, k_step, lambda_returns};
+use ivx_math::two_hot::{Bins, signed_hyperbolic, signed_parabolic};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check_kind, number, numbers, rows};

@@ -50,9 +50,7 @@ fn outcome(left: Everything<Array>, relation: &str, right: Everything<Array>) ->
 
 /// Numbers of mean 0 whose spread and skewness are those of a normal sample.
 fn evenly(n: usize) -> Vec<f64> {
-    (0..n)
-        .map(|i| crate::math::moments::real(i) - crate::math::moments::real(n - 1) / 2.0)
-        .collect()
+    (0..n).map(|i| ivx_math::moments::real(i) - ivx_math::moments::real(n - 1) / 2.0).collect()
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-use crate::math::moments::real;
 use crate::nn::{BatchNorm, Cell, Curve, Graph, ParamId, Params, Shape, Var, Window};
+use ivx_math::moments::real;
 
 /// How many random shapes each operation is tried on.
 const ROUNDS: u64 = 12;

@@ -1,6 +1,6 @@
 //! Probabilities of actions by their values.
 
-use crate::math::moments::{real, uniform};
+use crate::moments::{real, uniform};
 
 /// The first action of the highest value.
 ///

@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn statistics_move_and_scale_with_their_numbers() {
         for xs in samples() {
-            let (low, high) = (crate::math::order::min(&xs), crate::math::order::max(&xs));
+            let (low, high) = (crate::order::min(&xs), crate::order::max(&xs));
             assert!(low <= mean(&xs) && mean(&xs) <= high, "{xs:?}");
             let mut turned = xs.clone();
             turned.reverse();

@@ -60,7 +60,7 @@ mod tests {
     use rand::RngExt as _;
 
     use super::*;
-    use crate::math::moments::uniform;
+    use crate::moments::uniform;
 
     #[test]
     fn by_hand() {

@@ -140,7 +140,7 @@ pub(crate) mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::math::policy::greedy;
+    use crate::policy::greedy;
 
     /// A model that owns its numbers, of five states and three actions.
     pub(crate) struct Random {
