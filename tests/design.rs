@@ -4,11 +4,12 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
+use ivx_data::Dataset;
 use ivx_engine::expand;
 use ivx_grammar::check::{File, Project, Settings, check};
 use ivx_grammar::{format, parse};
-use ivx_library::artifact::{Dataset, Model};
 use ivx_library::ke::KnowledgeEquivalent;
+use ivx_nn::Model;
 use ivx_op::{
     Array, Artifact, Ctx, Family, Lit, MemberCount, Members, One, Op, OpError, Part, Parts,
     Registry, Rows, Ty, declare, family, record,

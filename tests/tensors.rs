@@ -6,9 +6,10 @@ use std::fs;
 use std::process::Command;
 
 use ivx_cache::Digest;
-use ivx_library::artifact::{Dataset, Model, NetModel};
+use ivx_data::Dataset;
 use ivx_library::learner::{Learner as _, MapEstimate, Normal};
-use ivx_library::nn::{Adam, Constant, Mlp, Squared, Tanh};
+use ivx_nn::{Adam, Constant, Mlp, Squared, Tanh};
+use ivx_nn::{Model, NetModel};
 use ivx_op::{Artifact as _, Ctx, Data, Tensors, read_tensors};
 
 /// Prints the arrays of `ours.safetensors` as JSON, their numbers bit by bit; writes their halves to `halves.safetensors`

@@ -14,7 +14,9 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("cache", &[]),
     ("grammar", &["ivx-op"]),
     ("library/math", &["ivx-op"]),
-    ("library", &["ivx-op", "ivx-math"]),
+    ("library/data", &["ivx-op", "ivx-math"]),
+    ("library/nn", &["ivx-op", "ivx-math", "ivx-data"]),
+    ("library", &["ivx-op", "ivx-math", "ivx-data", "ivx-nn"]),
     ("engine", &["ivx-op", "ivx-grammar", "ivx-cache"]),
     ("cli", &["ivx-op", "ivx-math", "ivx-grammar", "ivx-library", "ivx-cache", "ivx-engine"]),
 ];
@@ -34,7 +36,7 @@ fn crates_use_only_what_lies_below_them() {
 #[test]
 fn each_foreign_crate_is_named_in_one_place() {
     let places = [
-        ("dfdx", "library/src/nn/"),
+        ("dfdx", "library/nn/src/"),
         ("nalgebra", "library/"),
         ("pest", "grammar/src/parse"),
         ("nix", "cache/src/"),

@@ -28,9 +28,8 @@ mod time;
 use std::ffi::OsString;
 use std::io::Write;
 
-use clap::Parser as _;
-
 use args::{Args, Command};
+use clap::Parser as _;
 
 pub use ending::interrupt;
 pub use reference::reference;

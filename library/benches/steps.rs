@@ -5,8 +5,8 @@
 
 use std::time::{Duration, Instant};
 
-use ivx_library::nn::optim::{self, Moments, Pull};
-use ivx_library::nn::{Cell, Curve, Graph, ParamId, Params, Shape, Var, Window};
+use ivx_nn::optim::{self, Moments, Pull};
+use ivx_nn::{Cell, Curve, Graph, ParamId, Params, Shape, Var, Window};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 

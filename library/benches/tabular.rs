@@ -9,8 +9,8 @@ use std::time::Instant;
 
 use ivx_library::agent::{Act, TabularModel, TabularValues, UniformPolicy};
 use ivx_library::env::{Env, Gridworld};
-use ivx_library::nn::optim::{self, Moments, Pull};
-use ivx_library::nn::{Adam, Constant, Graph, Optimiser, Params, Shape};
+use ivx_nn::optim::{self, Moments, Pull};
+use ivx_nn::{Adam, Constant, Graph, Optimiser, Params, Shape};
 use ivx_op::{Ctx, One, Op as _};
 
 const EPOCHS: u64 = 4_000;

@@ -3,7 +3,6 @@
 //! To add one: write its file, and add one line to its folder's table or `register`.
 
 pub mod agent;
-pub mod artifact;
 pub mod ce;
 pub mod command;
 pub mod env;
@@ -11,7 +10,6 @@ pub mod figure;
 pub mod ke;
 pub mod learner;
 pub mod metric;
-pub mod nn;
 pub mod planner;
 
 use ivx_op::Registry;
@@ -26,7 +24,7 @@ pub fn registry() -> Registry {
     let registry = ce::register(registry);
     let registry = ke::register(registry);
     let registry = env::register(registry);
-    let registry = nn::register(registry);
+    let registry = ivx_nn::register(registry);
     let registry = learner::register(registry);
     let registry = planner::register(registry);
     let registry = agent::register(registry);

@@ -6,11 +6,11 @@ mod nets;
 use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
+use ivx_data::{Dataset, Form};
 use ivx_library::agent::{Act, TabularModel, UniformPolicy};
-use ivx_library::artifact::{Dataset, Form};
 use ivx_library::env::{Copying, Glyphs, Gridworld, Task};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
-use ivx_library::nn::{Mlp, Squared, Tanh};
+use ivx_nn::{Mlp, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
 use nets::{TASKS, Training};
 use tracking_allocator::{

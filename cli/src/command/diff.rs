@@ -15,14 +15,13 @@ use std::path::Path;
 use ivx_cache::{Cache, Digest, History};
 use ivx_engine::{Change, Made, Moved, Results, Root, Shift, platform, shifts};
 use ivx_math::evidence::{Evidence, Spread};
+use side::{Side, current, last, side};
 
 use crate::args::{self, DiffFormat, StoreMode};
 use crate::found::Found;
 use crate::render::visible;
 use crate::source::is_spec;
 use crate::{At as _, FAILED, OK, Trouble, WRONG, project, store};
-
-use side::{Side, current, last, side};
 
 /// What differs between the results of one spec.
 struct Pair {

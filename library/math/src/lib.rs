@@ -13,6 +13,7 @@ pub mod mpv;
 pub mod off_policy;
 pub mod order;
 pub mod policy;
+pub mod polynomial;
 pub mod returns;
 pub mod several;
 pub mod tabular;

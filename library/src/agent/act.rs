@@ -1,12 +1,12 @@
 //! Acting in an environment.
 
+use ivx_data::{Dataset, Episode, Form, Rollouts};
+use ivx_math::moments::real;
+use ivx_math::policy::pick;
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Shapes, declare};
 use rand::RngExt as _;
 
-use crate::artifact::{Dataset, Episode, Form, Rollouts};
 use crate::env::{Env, Mdp};
-use ivx_math::moments::real;
-use ivx_math::policy::pick;
 
 declare! {
     /// Episodes of a policy in an environment (Eqn. 2.35).

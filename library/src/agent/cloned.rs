@@ -1,13 +1,14 @@
 //! Behaviour cloning (§2.2.4): a classifier of actions as a policy.
 
+use ivx_data::Form;
+use ivx_data::Misfit;
+use ivx_data::form::{failed, told, wrong};
+use ivx_math::policy::boltzmann;
+use ivx_nn::Model;
 use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
 
 use super::act::form;
-use crate::artifact::{Form, Model};
 use crate::env::Env;
-use crate::learner::form::{failed, told, wrong};
-use crate::nn::Misfit;
-use ivx_math::policy::boltzmann;
 
 declare! {
     /// The policy that takes each action as probably as a classifier of demonstrations names it.
@@ -58,9 +59,9 @@ impl Op for ClonedPolicy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::artifact::{Head, NetModel};
     use crate::env::Chain;
-    use crate::nn::{Curve, Module};
+    use ivx_nn::{Curve, Module};
+    use ivx_nn::{Head, NetModel};
 
     fn cloned(weight: &[f32], outputs: usize, classes: usize) -> Result<Vec<f64>, String> {
         let model = NetModel {

@@ -3,12 +3,12 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_math::order::max;
 use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
 
 use super::act::Luck;
 use super::policy::greedy_policy;
 use crate::env::{Env, world_pays};
-use ivx_math::order::max;
 
 /// Says what the state after an action is worth.
 pub trait Bootstrap: Debug + Send + Sync {

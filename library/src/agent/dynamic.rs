@@ -1,9 +1,9 @@
 //! Dynamic programming: values where the environment is known.
 
+use ivx_math::bellman::{Model, backup, expected_values, fixed_point, highest_values};
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
 use crate::env::{Env, world_pays};
-use ivx_math::bellman::{Model, backup, expected_values, fixed_point, highest_values};
 
 /// Sweeps end when no value moves by more, relative to the largest (or to 1 if that is smaller).
 const TOLERANCE: f64 = 1e-13;

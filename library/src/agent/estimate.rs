@@ -3,11 +3,10 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_op::{Array, Ctx, One, Op, OpError, Parts, declare, family};
-
-use crate::artifact::{Episode, Rollouts};
+use ivx_data::{Episode, Rollouts};
 use ivx_math::moments::real;
 use ivx_math::returns::{Path, k_step, lambda_returns};
+use ivx_op::{Array, Ctx, One, Op, OpError, Parts, declare, family};
 
 /// Says what the states of an episode are worth by what followed.
 pub trait Estimator: Debug + Send + Sync {

@@ -1,12 +1,11 @@
 //! Implicit ensembles of values: what one model predicts over different numbers of steps (§5.2).
 
-use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
-
 use ivx_math::bellman::{Model, evaluation, optimality};
 use ivx_math::moments::real;
 use ivx_math::mpv::{
     Rollout, implicit_action_ensemble, implicit_ensemble, independent_rollouts, one_rollout,
 };
+use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 declare! {
     /// The model-predicted values over 0 to `n` steps (Eqn. 5.1), by the evaluation of a policy in the model, exactly:

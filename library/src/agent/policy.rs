@@ -1,11 +1,11 @@
 //! Policies: the probability of each action in each state.
 
-use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-
-use crate::env::Env;
 use ivx_math::moments::real;
 use ivx_math::order::argmax;
 use ivx_math::policy::boltzmann;
+use ivx_op::{Array, Ctx, One, Op, OpError, declare};
+
+use crate::env::Env;
 
 declare! {
     /// The policy of a random agent: every action is equally probable.

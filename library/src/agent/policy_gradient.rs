@@ -3,15 +3,15 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_data::Episode;
+use ivx_math::moments::real;
+use ivx_math::policy::boltzmann;
+use ivx_math::returns::{Path, advantages, lambda_returns};
 use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
 
 use super::act::{Luck, episode};
 use super::estimate::along;
-use crate::artifact::Episode;
 use crate::env::{Env, world_pays};
-use ivx_math::moments::real;
-use ivx_math::policy::boltzmann;
-use ivx_math::returns::{Path, advantages, lambda_returns};
 
 /// Says how much better than expected the actions of an episode were.
 pub trait Critic: Debug + Send + Sync {

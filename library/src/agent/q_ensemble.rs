@@ -1,14 +1,14 @@
 //! Ensembles of action values (Example 2.9).
 
+use ivx_data::Rollouts;
+use ivx_math::order::max;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::policy::{greedy_policy, n_actions};
-use crate::artifact::Rollouts;
 use crate::ke::KnowledgeEquivalent;
 use crate::planner::equivalents;
-use ivx_math::order::max;
 
 declare! {
     /// Several tables of action values, learned from the same episodes and told apart as Remark 2.7 says: by
@@ -119,9 +119,9 @@ impl Op for EnsemblePolicy {
 mod tests {
     use super::super::{Act, UniformPolicy, ValueIteration};
     use super::*;
-    use crate::artifact::Episode;
     use crate::env::{Chain, Env};
     use crate::ke::{Bcm, Ma, Wcm};
+    use ivx_data::Episode;
 
     const CTX: Ctx = Ctx::new("q_ensemble", 2, None);
 

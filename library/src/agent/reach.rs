@@ -1,9 +1,9 @@
 //! Where policies lead (§C.1.2).
 
+use ivx_math::markov_chain::{hits, induced, occupancy};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 use crate::env::Env;
-use ivx_math::markov_chain::{hits, induced, occupancy};
 
 declare! {
     /// How probably a policy is in a state after each number of steps from another on, by the Markov chain that it

@@ -1,15 +1,15 @@
 //! Learning with a number for everything, by gradient descent (§C.2.1).
 
+use ivx_data::Rollouts;
+use ivx_math::moments::real;
+use ivx_math::tabular::probabilities;
+use ivx_nn::optim::Pull;
+use ivx_nn::{Descent, Graph, Optimiser, ParamId, Params, Real as _, Turns, Var};
 use ivx_op::{Array, Ctx, Dim, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::tabular_loss::{Steps, expected_sarsa_loss, reward_loss, transition_loss};
-use crate::artifact::Rollouts;
-use crate::nn::optim::Pull;
-use crate::nn::{self, Descent, Graph, Optimiser, ParamId, Params, Real as _, Turns, Var};
-use ivx_math::moments::real;
-use ivx_math::tabular::probabilities;
 
 macro_rules! tables {
     ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal [$($dim:ident),+] { $($own:tt)* })+) => {$(
@@ -194,7 +194,7 @@ impl Learning<'_> {
         let steps = self.epochs.saturating_mul(turns.in_a_pass());
         let how = Descent { optimiser: self.optimiser, pull: Pull::NONE, steps };
         let mut shown = Steps::default();
-        nn::descend(&graph, &how, ctx, |graph, t| {
+        ivx_nn::descend(&graph, &how, ctx, |graph, t| {
             if turns.are_whole() {
                 return loss(graph, tables, &all);
             }
@@ -216,9 +216,9 @@ mod tests {
     use super::super::{Act, PolicyValues, UniformPolicy};
     use super::*;
     use crate::env::{Chain, Env};
-    use crate::nn::{Adam, Constant, Linear, Schedule};
     use ivx_math::bellman::expected_values;
     use ivx_math::tabular::{Transition, most_likely, transition_counts};
+    use ivx_nn::{Adam, Constant, Linear, Schedule};
 
     const CTX: Ctx = Ctx::new("tabular", 3, None);
 

@@ -1,6 +1,6 @@
 //! What learners with a number for everything lower (§C.2.1): the losses of a batch of steps.
 
-use crate::nn::{Graph, ParamId, Real, Shape, Var};
+use ivx_nn::{Graph, ParamId, Real, Shape, Var};
 
 /// Steps of episodes, by what is known of each. States and actions are places, as tables take them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,7 +79,7 @@ fn column<F: Real>(graph: &Graph<F>, values: &[F]) -> Var {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nn::Params;
+    use ivx_nn::Params;
 
     /// Two states, two actions: one step that goes on, one that ends.
     fn steps() -> Steps<f64> {

@@ -1,8 +1,7 @@
 //! Episodes that never come to some states.
 
+use ivx_data::{Episode, Rollouts};
 use ivx_op::{Ctx, One, Op, OpError, declare};
-
-use crate::artifact::{Episode, Rollouts};
 
 declare! {
     /// Episodes without the steps from and to some states, such as those that should stay out of the training

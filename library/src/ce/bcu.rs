@@ -1,10 +1,10 @@
 //! The best reward.
 
+use ivx_math::order::max;
+use ivx_math::tail::support;
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use ivx_math::order::max;
-use ivx_math::tail::support;
 
 declare! {
     /// Best-case utility (Eqn. 2.3): the highest outcome that is possible. Seeks risk.

@@ -1,9 +1,9 @@
 //! The mean reward.
 
+use ivx_math::moments::weighted_mean;
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use ivx_math::moments::weighted_mean;
 
 declare! {
     /// Expected utility (Eqn. 2.1): the mean. Neutral to risk.

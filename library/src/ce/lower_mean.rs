@@ -1,10 +1,10 @@
 //! The mean of the worst rewards.
 
+use ivx_math::moments::weighted_mean;
+use ivx_math::tail::lower_tail;
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use ivx_math::moments::weighted_mean;
-use ivx_math::tail::lower_tail;
 
 declare! {
     /// The mean of the lowest outcomes, by probability mass. Averse to risk, softer than `wcu`.

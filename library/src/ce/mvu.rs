@@ -1,9 +1,9 @@
 //! The mean reward and its variance.
 
+use ivx_math::moments::{weighted_mean, weighted_variance};
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use ivx_math::moments::{weighted_mean, weighted_variance};
 
 declare! {
     /// Mean-variance utility (Eqn. 2.2): mean + β variance.

@@ -1,10 +1,10 @@
 //! The mean of the best rewards.
 
+use ivx_math::moments::weighted_mean;
+use ivx_math::tail::upper_tail;
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use ivx_math::moments::weighted_mean;
-use ivx_math::tail::upper_tail;
 
 declare! {
     /// The mean of the highest outcomes, by probability mass. Seeks risk, softer than `bcu`.

@@ -1,10 +1,10 @@
 //! The worst reward.
 
+use ivx_math::order::min;
+use ivx_math::tail::support;
 use ivx_op::declare;
 
 use super::CertaintyEquivalent;
-use ivx_math::order::min;
-use ivx_math::tail::support;
 
 declare! {
     /// Worst-case utility (Eqn. 2.3): the lowest outcome that is possible. Averse to risk.

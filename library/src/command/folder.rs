@@ -7,10 +7,10 @@ use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use ivx_data::Blob;
 use tempfile::TempDir;
 
 use super::outside;
-use crate::artifact::Blob;
 
 /// Most bytes of all outputs together: they are held in memory.
 pub(super) const MAX_OUTPUT: usize = 256 << 20;

@@ -3,12 +3,12 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_data::{Blob, Dataset};
 use ivx_op::escape::json_name;
 use ivx_op::{AnyArtifact, Array, Artifact, Labels, One, OpError, Parts, declare, family, kind_of};
 use serde_json::{Value, json};
 
 use super::{csv, npz};
-use crate::artifact::{Blob, Dataset};
 
 /// A file that a program is given.
 pub trait Input: Debug + Send + Sync {
@@ -110,7 +110,7 @@ mod tests {
     use ivx_op::Dim;
 
     use super::*;
-    use crate::artifact::Model;
+    use ivx_nn::Model;
 
     fn written(value: &impl Artifact, name: &str) -> Result<Vec<u8>, String> {
         let file = AsFile { value: One(AnyArtifact(value.encode())), name: name.to_owned() };

@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
+use ivx_data::{Blob, Outputs};
 use ivx_op::{
     Content, Ctx, Facts, File, How, Lit, Literal as _, Op, OpError, Program, Shapes, Word, Wrong,
     declare,
@@ -14,7 +15,6 @@ use super::folder::{Folder, MAX_OUTPUT, relative};
 use super::input::Input;
 use super::setting::Setting;
 use super::{outside, process};
-use crate::artifact::{Blob, Outputs};
 
 declare! {
     /// The files that a program leaves behind, run in an empty folder with the files and variables

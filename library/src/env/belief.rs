@@ -1,9 +1,9 @@
 //! A belief over finitely many lotteries.
 
+use ivx_math::moments::uniform;
 use ivx_op::{OpError, declare};
 
 use super::{Belief, Lottery, Weighted, distribution};
-use ivx_math::moments::uniform;
 
 declare! {
     /// A belief that one of several lotteries is the true one.

@@ -1,11 +1,11 @@
 //! A sequence to be remembered.
 
+use ivx_data::Form;
 use ivx_op::declare;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::Task;
-use crate::artifact::Form;
 
 declare! {
     /// The copying problem (Hochreiter and Schmidhuber, 1997): symbols are shown one after the other, then

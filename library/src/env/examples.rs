@@ -1,9 +1,9 @@
 //! Data drawn from a problem of supervised learning.
 
+use ivx_data::Dataset;
 use ivx_op::{Ctx, Facts, Op, OpError, Shapes, declare};
 
 use super::Task;
-use crate::artifact::Dataset;
 
 declare! {
     /// Observations drawn from a task, independently.

@@ -1,12 +1,12 @@
 //! Ten glyphs to be told apart.
 
+use ivx_data::Form;
 use ivx_op::declare;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::Task;
-use crate::artifact::Form;
 
 declare! {
     /// The digits as small images to be told apart: each is 5 × 7 dots, somewhere in an image of

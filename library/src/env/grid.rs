@@ -1,9 +1,9 @@
 //! Evenly spaced places.
 
+use ivx_math::moments::real;
 use ivx_op::{Facts, OpError, Wrong, declare};
 
 use super::Points;
-use ivx_math::moments::real;
 
 declare! {
     /// Evenly spaced places, both ends included.

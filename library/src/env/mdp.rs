@@ -1,10 +1,10 @@
 //! Finite Markov decision processes.
 
+use ivx_math::bellman::Model;
+use ivx_math::moments::real;
 use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare};
 
 use super::Env;
-use ivx_math::bellman::Model;
-use ivx_math::moments::real;
 
 /// A finite Markov decision process (Eqn. 2.27), whose rewards are known where an action is taken.
 #[derive(Clone, Debug, PartialEq)]

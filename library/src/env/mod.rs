@@ -23,10 +23,9 @@ mod support_distance;
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_data::Form;
 use ivx_op::{Array, Dim, Facts, Labels, OpError, Parts, Registry, Wrong, family};
 use rand_chacha::ChaCha8Rng;
-
-use crate::artifact::Form;
 
 pub use belief::BeliefOver;
 pub use boxes::Boxes;

@@ -1,9 +1,9 @@
 //! The reward curve as data at given places.
 
+use ivx_data::{Dataset, Form};
 use ivx_op::{Ctx, Facts, Op, OpError, Shapes, declare};
 
 use super::{Points, Reward};
-use crate::artifact::{Dataset, Form};
 
 declare! {
     /// Given actions and their mean rewards, without noise, to learn from.

@@ -1,11 +1,11 @@
 //! Data drawn from a reward curve.
 
+use ivx_data::{Dataset, Form};
 use ivx_op::{Ctx, Facts, Op, OpError, Part, Shapes, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::{Region, Reward};
-use crate::artifact::{Dataset, Form};
 
 declare! {
     /// Actions drawn uniformly from a region, and their rewards with Gaussian noise (Eqn. 2.17a).

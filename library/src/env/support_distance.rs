@@ -1,10 +1,10 @@
 //! How far places lie from the data.
 
+use ivx_data::Dataset;
+use ivx_data::form;
 use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
 
 use super::{Points, curve};
-use crate::artifact::Dataset;
-use crate::learner::form;
 
 declare! {
     /// The distance from each place to the nearest input: 0 on the data, large outside their support.

@@ -1,11 +1,11 @@
 //! Where agents went.
 
+use ivx_data::{Episode, Rollouts};
 use ivx_op::{Ctx, Figure, One, Op, OpError, declare, shown};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Stroke, Tint};
 use super::page::count;
 use super::render::render;
-use crate::artifact::{Episode, Rollouts};
 use crate::env::{Env, Mdp};
 
 declare! {

@@ -1,10 +1,10 @@
 //! Datasets as points.
 
+use ivx_data::Dataset;
 use ivx_op::{Ctx, Everything, Op, OpError, declare};
 
 use super::drawing::{Mark, Series};
 use super::layer::{Layer, entry};
-use crate::artifact::Dataset;
 
 declare! {
     /// The pairs of one or more datasets as points, all in one look.

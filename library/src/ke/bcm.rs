@@ -1,10 +1,10 @@
 //! The best model.
 
+use ivx_math::order::max;
+use ivx_math::tail::support;
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use ivx_math::order::max;
-use ivx_math::tail::support;
 
 declare! {
     /// Best-case model (Eqn. 2.7b): the highest score of a model that is possible.

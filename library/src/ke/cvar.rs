@@ -1,10 +1,10 @@
 //! The average of the worst models.
 
+use ivx_math::moments::weighted_mean;
+use ivx_math::tail::lower_tail;
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use ivx_math::moments::weighted_mean;
-use ivx_math::tail::lower_tail;
 
 declare! {
     /// Conditional value at risk: the mean of the lowest scores, by posterior mass. A softer `wcm`.

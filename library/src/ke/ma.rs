@@ -1,9 +1,9 @@
 //! The average of the models.
 
+use ivx_math::moments::weighted_mean;
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use ivx_math::moments::weighted_mean;
 
 declare! {
     /// Model average (Eqn. 2.5): the mean over models. Neutral to ignorance.

@@ -1,9 +1,9 @@
 //! The average of the models and their standard deviation.
 
+use ivx_math::moments::{weighted_mean, weighted_variance};
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use ivx_math::moments::{weighted_mean, weighted_variance};
 
 declare! {
     /// Mean + β population standard deviation over models.

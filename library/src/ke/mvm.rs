@@ -1,9 +1,9 @@
 //! The average of the models and their variance.
 
+use ivx_math::moments::{weighted_mean, weighted_variance};
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use ivx_math::moments::{weighted_mean, weighted_variance};
 
 declare! {
     /// Mean-variance model (Eqn. 2.6): mean + ξ population variance over models.

@@ -1,10 +1,10 @@
 //! The worst model.
 
+use ivx_math::order::min;
+use ivx_math::tail::support;
 use ivx_op::declare;
 
 use super::KnowledgeEquivalent;
-use ivx_math::order::min;
-use ivx_math::tail::support;
 
 declare! {
     /// Worst-case model (Eqn. 2.7a): the lowest score of a model that is possible.

@@ -1,11 +1,12 @@
 //! Deep ensembles (Remark 2.7).
 
+use ivx_data::Misfit;
+use ivx_data::{Dataset, Form};
+use ivx_nn::Model;
 use ivx_op::{Ctx, Facts, MemberCount, OpError, Wrong, declare};
 use rand::RngExt as _;
 
 use super::Learner;
-use crate::artifact::{Dataset, Form, Model};
-use crate::nn::Misfit;
 
 declare! {
     /// Independently trained members, told apart by three sources of noise (Remark 2.7).

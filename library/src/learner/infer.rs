@@ -3,15 +3,15 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_data::form::{self, data_of_pairs};
+use ivx_data::{Dataset, Posterior};
+use ivx_math::linear_gaussian;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, Parts, declare, family};
 
-use super::form::{self, data_of_pairs};
 use super::linear::regression;
 use super::prior::prior_is_normal;
 use super::{Features, Prior};
-use crate::artifact::{Dataset, Posterior};
 use crate::env::{Points, curve};
-use ivx_math::linear_gaussian;
 
 /// Turns data into a belief about parameters.
 pub trait Inference: Debug + Send + Sync {

@@ -1,12 +1,13 @@
 //! Point estimates of linear models, in closed form.
 
+use ivx_data::Dataset;
+use ivx_math::linear_gaussian::{Regression, least_squares, posterior, powers};
+use ivx_nn::Model;
 use ivx_op::{Ctx, OpError, Part, declare};
 use nalgebra::DVector;
 
 use super::prior::{NOT_NORMAL, prior_is_normal};
 use super::{Features, Learner, Prior};
-use crate::artifact::{Dataset, Model};
-use ivx_math::linear_gaussian::{Regression, least_squares, posterior, powers};
 
 declare! {
     /// Maximum likelihood in closed form (Eqn. 2.15): least squares.

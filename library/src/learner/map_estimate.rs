@@ -1,10 +1,12 @@
 //! Maximum a posteriori estimates of a network's parameters.
 
+use ivx_data::Misfit;
+use ivx_data::{Dataset, Form};
+use ivx_nn::{Loss, Net, Optimiser, Training};
+use ivx_nn::{Model, NetModel};
 use ivx_op::{Ctx, OpError, Part, declare};
 
 use super::{Learner, Prior};
-use crate::artifact::{Dataset, Form, Model, NetModel};
-use crate::nn::{self, Loss, Misfit, Net, Optimiser, Training};
 
 declare! {
     /// The maximum a posteriori estimate of a network's parameters, by gradient descent.
@@ -57,7 +59,7 @@ impl Learner for MapEstimate {
     }
 
     fn fits(&self, form: &Form) -> Result<(), Misfit> {
-        nn::headed(&*self.net, &form.input, &self.loss.outputs(form)?).map(drop)
+        ivx_nn::headed(&*self.net, &form.input, &self.loss.outputs(form)?).map(drop)
     }
 
     fn memory(&self, form: &Form, n: u64) -> u64 {
@@ -65,7 +67,7 @@ impl Learner for MapEstimate {
         // together and encoded; an output, its gradient and one temporary number.
         let (of_param, of_output) = (6 * 4, 3 * 4);
         let module =
-            self.loss.outputs(form).and_then(|to| nn::headed(&*self.net, &form.input, &to));
+            self.loss.outputs(form).and_then(|to| ivx_nn::headed(&*self.net, &form.input, &to));
         let Ok(module) = module else { return 0 };
         let at_once = if self.batch == 0 { n } else { n.min(self.batch as u64) };
         let outputs = module.n_outputs(&form.input);
@@ -83,7 +85,7 @@ impl Learner for MapEstimate {
 
 impl MapEstimate {
     fn initial(&self, form: &Form, purpose: &str, ctx: &Ctx) -> Result<NetModel, OpError> {
-        nn::init(&*self.net, &*self.loss, form, &mut ctx.rng(purpose, &[]))
+        ivx_nn::init(&*self.net, &*self.loss, form, &mut ctx.rng(purpose, &[]))
             .map_err(|misfit| OpError::Failed(misfit.message))
     }
 
@@ -97,7 +99,7 @@ impl MapEstimate {
         let pull = self.prior.pull(self.loss.scale(), n);
         let (loss, optimiser) = (&*self.loss, &*self.optimiser);
         let how = Training { loss, optimiser, pull, batch: self.batch, steps };
-        let net = nn::fit(net, data, &how, ctx)?;
+        let net = ivx_nn::fit(net, data, &how, ctx)?;
         if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
             let message = format!(
                 "training diverged within {steps} steps: lower the learning rate or widen the prior"
@@ -149,9 +151,9 @@ mod tests {
     fn nothing_moves_in_no_steps() {
         let data = data(|x| x);
         let initial = train(&learner(&[4], 0.1), &data, 0).unwrap();
-        let net = nn::Mlp { hidden: vec![4], activation: Box::new(nn::Tanh {}) };
-        let loss = nn::Squared { noise: 0.1 };
-        let drawn = nn::init(&net, &loss, &Form::default(), &mut CTX.rng("init", &[])).unwrap();
+        let net = ivx_nn::Mlp { hidden: vec![4], activation: Box::new(ivx_nn::Tanh {}) };
+        let loss = ivx_nn::Squared { noise: 0.1 };
+        let drawn = ivx_nn::init(&net, &loss, &Form::default(), &mut CTX.rng("init", &[])).unwrap();
         assert_eq!(initial, Model::Net(drawn));
         assert_ne!(train(&learner(&[4], 0.1), &data, 1).unwrap(), initial);
     }

@@ -1,10 +1,9 @@
 //! Dropout as a posterior sampler.
 
+use ivx_nn::ArrayOf;
+use ivx_nn::Model;
 use ivx_op::{Ctx, Facts, MemberCount, One, Op, OpError, Shapes, declare};
 use rand::RngExt as _;
-
-use crate::artifact::Model;
-use crate::nn::ArrayOf;
 
 declare! {
     /// Members drawn from one network by dropout (Gal and Ghahramani, 2016): each leaves out numbers
@@ -64,9 +63,9 @@ mod tests {
     use ivx_op::{Lit, Part};
 
     use super::*;
-    use crate::artifact::Dataset;
     use crate::learner::learners;
     use crate::registry;
+    use ivx_data::Dataset;
     use ivx_math::moments::{mean, std};
 
     fn trained(rate: f64, steps: u64) -> Model {

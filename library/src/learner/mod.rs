@@ -2,7 +2,6 @@
 
 mod ensemble;
 mod features;
-pub(crate) mod form;
 mod infer;
 mod linear;
 mod map_estimate;
@@ -14,10 +13,10 @@ mod train;
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_data::Misfit;
+use ivx_data::{Dataset, Form};
+use ivx_nn::Model;
 use ivx_op::{Ctx, OpError, Parts, Registry, family};
-
-use crate::artifact::{Dataset, Form, Model};
-use crate::nn::Misfit;
 
 pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
@@ -57,7 +56,7 @@ pub trait Learner: Debug + Send + Sync {
     /// # Errors
     /// Why not.
     fn fits(&self, form: &Form) -> Result<(), Misfit> {
-        form::pairs("this learner", form)
+        ivx_data::form::pairs("this learner", form)
     }
 
     /// Roughly how many bytes of memory training takes on so many observations, besides these;

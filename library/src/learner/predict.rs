@@ -1,9 +1,9 @@
 //! What a model predicts.
 
+use ivx_data::form::model_of_pairs;
+use ivx_nn::Model;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
-use super::form::model_of_pairs;
-use crate::artifact::Model;
 use crate::env::{Points, curve};
 
 declare! {

@@ -3,9 +3,8 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
+use ivx_nn::optim::Pull;
 use ivx_op::{Facts, Parts, Wrong, declare, family};
-
-use crate::nn::optim::Pull;
 
 /// A belief about every parameter, independently.
 pub trait Prior: Debug + Send + Sync {
@@ -94,7 +93,7 @@ mod tests {
         let check = |prior: &dyn Prior, negative_log: &dyn Fn(f64) -> f64| {
             for theta in [-2.0, 0.9, 3.0] {
                 let mut pulled = [0.0_f64];
-                crate::nn::optim::add_pull(prior.pull(scale, n), &[theta], &mut pulled);
+                ivx_nn::optim::add_pull(prior.pull(scale, n), &[theta], &mut pulled);
                 let slope = (negative_log(theta + h) - negative_log(theta - h)) / (2.0 * h);
                 assert!((pulled[0] - scale / n * slope).abs() < 1e-6, "{prior:?}");
             }

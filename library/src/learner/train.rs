@@ -1,10 +1,11 @@
 //! Training.
 
+use ivx_data::form::{self, form_of_data};
+use ivx_data::{Dataset, Form};
+use ivx_nn::Model;
 use ivx_op::{Args, Ctx, Facts, Literal as _, Needs, One, Op, OpError, Shapes, Wrong, declare};
 
 use super::Learner;
-use super::form::{self, form_of_data, learner_fits};
-use crate::artifact::{Dataset, Form, Model};
 
 declare! {
     /// A model learned from data. An ensemble of learners gives an ensemble of models.
@@ -18,6 +19,14 @@ declare! {
     }
     rule learns;
     shapes form_of_data;
+}
+
+/// The rule that `learner` learns from the data `on`.
+fn learner_fits(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match (facts.arg::<Box<dyn Learner>>("learner"), form::form(facts, "on")) {
+        (Some(learner), Some(form)) => learner.fits(&form).map_err(form::wrong("learner")),
+        _ => Ok(()),
+    }
 }
 
 /// A network that was never updated is none that was learned: whoever wants the initial one says

@@ -1,10 +1,10 @@
 //! How often a model names the right class.
 
+use ivx_data::Misfit;
+use ivx_data::form;
+use ivx_data::{Dataset, Form};
+use ivx_nn::Model;
 use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
-
-use crate::artifact::{Dataset, Form, Model};
-use crate::learner::form;
-use crate::nn::Misfit;
 
 declare! {
     /// The share of targets whose class a model gives the largest logit; the first where several have it.
@@ -60,8 +60,8 @@ impl Op for Accuracy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::artifact::{Head, NetModel};
-    use crate::nn::{Curve, Module};
+    use ivx_nn::{Curve, Module};
+    use ivx_nn::{Head, NetModel};
 
     #[test]
     fn two_of_three_are_right() {

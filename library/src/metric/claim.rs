@@ -1,5 +1,7 @@
 //! Claims: whether measures relate as a spec says.
 
+use ivx_math::evidence::{Evidence, N_RESAMPLES, Spread};
+use ivx_math::moments::mean;
 use ivx_op::{
     Array, Ctx, Dim, Everything, Facts, Finding, Many, Op, OpError, Outcome, Verdict, Wrong,
     declare,
@@ -9,8 +11,6 @@ use super::broadcast::broadcast;
 use super::reduce::{Groups, SEED, reduce};
 use super::relation::Relation;
 use super::resample::RESAMPLE;
-use ivx_math::evidence::{Evidence, N_RESAMPLES, Spread};
-use ivx_math::moments::mean;
 
 declare! {
     /// Whether two measures relate as claimed, at every coordinate but `seed`.

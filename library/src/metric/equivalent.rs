@@ -1,10 +1,10 @@
 //! Knowledge equivalents of measures.
 
+use ivx_math::moments::uniform;
 use ivx_op::{Array, Ctx, Members, Op, OpError, declare};
 
 use super::over_members;
 use crate::ke::KnowledgeEquivalent;
-use ivx_math::moments::uniform;
 
 declare! {
     /// The knowledge equivalent over members, at each coordinate.

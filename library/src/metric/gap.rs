@@ -1,8 +1,8 @@
 //! What a decision costs against the truth (Example 2.8).
 
+use ivx_data::Decision;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
-use crate::artifact::Decision;
 use crate::env::Reward;
 
 declare! {

@@ -1,10 +1,10 @@
 //! How probable it is that one method does better than another.
 
+use ivx_math::moments::mean;
 use ivx_op::{Array, AxisNames, Ctx, Named, Op, OpError, declare};
 
 use super::broadcast::broadcast;
 use super::reduce::reduce;
-use ivx_math::moments::mean;
 
 declare! {
     /// The probability that a run of `x` scores above one of `y`, ties half (Mann and Whitney's U over the number of

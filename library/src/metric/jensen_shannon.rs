@@ -1,10 +1,10 @@
 //! How much distributions disagree.
 
+use ivx_math::disagreement::{decreasing, increasing, jensen_shannon};
+use ivx_math::moments::real;
 use ivx_op::{Array, AxisNames, Ctx, Facts, Named, Op, OpError, Wrong, declare};
 
 use super::reduce::Groups;
-use ivx_math::disagreement::{decreasing, increasing, jensen_shannon};
-use ivx_math::moments::real;
 
 declare! {
     /// The generalised Jensen-Shannon divergence of categorical distributions, in nats (Eqn. C.5): 0 where all are the

@@ -1,9 +1,9 @@
 //! The spread of an ensemble's predictive distribution.
 
+use ivx_math::moments::variance;
 use ivx_op::{Array, Ctx, Members, Op, OpError, declare};
 
 use super::over_members;
-use ivx_math::moments::variance;
 
 declare! {
     /// The standard deviation of the even mixture of one normal a member (Eqn. 2.22):

@@ -1,12 +1,13 @@
 //! How improbable a model finds what happened.
 
+use ivx_data::Dataset;
+use ivx_data::form;
+use ivx_math::moments::mean;
+use ivx_math::order::max;
+use ivx_nn::Model;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
 use super::accuracy::measurable;
-use crate::artifact::{Dataset, Model};
-use crate::learner::form;
-use ivx_math::moments::mean;
-use ivx_math::order::max;
 
 declare! {
     /// The negative log-likelihood of classes, averaged over targets (Eqn. 2.15): what `cross_entropy` lowers.

@@ -1,9 +1,9 @@
 //! How far runs fall short of a target.
 
+use ivx_math::several::shortfall;
 use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 use super::reduce::reduce;
-use ivx_math::several::shortfall;
 
 declare! {
     /// How far scores fall short of a target, on average; what is above it does not count (Agarwal et al., 2021).

@@ -1,9 +1,9 @@
 //! Performance profiles.
 
+use ivx_math::moments::mean;
 use ivx_op::{Array, AxisNames, Ctx, Dim, Labels, Named, Op, OpError, declare};
 
 use super::reduce::Groups;
-use ivx_math::moments::mean;
 
 declare! {
     /// The share of scores above each threshold (Agarwal et al., 2021): over tasks one profile a run, which `curve` shows as

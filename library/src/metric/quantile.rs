@@ -1,9 +1,9 @@
 //! Quantiles.
 
+use ivx_math::order;
 use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 use super::reduce::reduce;
-use ivx_math::order;
 
 declare! {
     /// A quantile, linear between neighbours (type 7); infinite between a number and an infinity.

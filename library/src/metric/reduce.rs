@@ -1,8 +1,7 @@
 //! Reductions: many numbers along named dimensions become one.
 
-use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
-
 use ivx_math::{moments, order};
+use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
 /// The axis of replications.
 pub(super) const SEED: &str = "seed";

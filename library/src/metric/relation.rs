@@ -1,8 +1,7 @@
 //! How the sides of a claim relate, and how surprising what was seen would be were it otherwise.
 
-use ivx_op::{OpError, Outcome};
-
 use ivx_math::evidence::Evidence;
+use ivx_op::{OpError, Outcome};
 
 /// How the left side is claimed to relate to the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! Seeds drawn anew, for claims about what is made of all of them.
 
+use ivx_math::evidence::N_RESAMPLES;
+use ivx_math::order::quantile;
 use ivx_op::{Array, Ctx, Dim, Everything, Labels, Op, OpError, declare};
 use rand::RngExt as _;
 
 use super::reduce::{SEED, named, reduce};
-use ivx_math::evidence::N_RESAMPLES;
-use ivx_math::order::quantile;
 
 /// The dimension of samples drawn anew.
 pub(super) const RESAMPLE: &str = "resample";

@@ -1,11 +1,11 @@
 //! How far a model's predictions lie from data.
 
-use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
-
-use crate::artifact::{Dataset, Form, Model};
-use crate::learner::form;
-use crate::nn::Misfit;
+use ivx_data::Misfit;
+use ivx_data::form;
+use ivx_data::{Dataset, Form};
 use ivx_math::moments::mean;
+use ivx_nn::Model;
+use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
 
 declare! {
     /// The root mean squared error of a model on data, over all numbers of the targets.

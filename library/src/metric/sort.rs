@@ -1,9 +1,9 @@
 //! Sorting.
 
+use ivx_math::order::sorted;
 use ivx_op::{Array, AxisNames, Ctx, Dim, Labels, Named, Op, OpError, declare};
 
 use super::reduce::Groups;
-use ivx_math::order::sorted;
 
 declare! {
     /// The numbers in ascending order, over `rank`: 0 is the lowest.

@@ -1,14 +1,14 @@
 //! What many runs on many tasks come to, with an interval.
 
-use ivx_op::{Array, AxisNames, Ctx, Dim, Facts, Labels, Named, Op, OpError, Wrong, declare};
-use rand::RngExt as _;
-
-use super::reduce::{Groups, named};
 use ivx_math::evidence::N_RESAMPLES;
 use ivx_math::interval::percentile;
 use ivx_math::moments::mean;
 use ivx_math::order::median;
 use ivx_math::several::shortfall;
+use ivx_op::{Array, AxisNames, Ctx, Dim, Facts, Labels, Named, Op, OpError, Wrong, declare};
+use rand::RngExt as _;
+
+use super::reduce::{Groups, named};
 
 /// The dimension of a number and the ends of its interval.
 pub(crate) const END: &str = "end";

@@ -1,14 +1,15 @@
 //! The best action under an ensemble.
 
+use ivx_data::Decision;
+use ivx_data::form::model_of_pairs;
+use ivx_math::moments::uniform;
+use ivx_math::mpv::across;
+use ivx_nn::Model;
 use ivx_op::{Ctx, Members, Op, OpError, declare};
 
 use super::choose;
-use crate::artifact::{Decision, Model};
 use crate::env::Points;
 use crate::ke::KnowledgeEquivalent;
-use crate::learner::form::model_of_pairs;
-use ivx_math::moments::uniform;
-use ivx_math::mpv::across;
 
 declare! {
     /// The action of the highest knowledge equivalent over the members; the first where several

@@ -1,13 +1,13 @@
 //! The optimal policy of a choice.
 
+use ivx_math::moments::real;
+use ivx_math::order::max;
 use ivx_op::{Array, Ctx, Op, OpError, Part, declare};
 
 use super::utility::utilities;
 use crate::ce::CertaintyEquivalent;
 use crate::env::Problem;
 use crate::ke::KnowledgeEquivalent;
-use ivx_math::moments::real;
-use ivx_math::order::max;
 
 /// Utilities that differ by no more, relative to the best (or to 1 if that is smaller), are equal.
 const TIE: f64 = 1e-12;

@@ -1,11 +1,12 @@
 //! The best action under one model.
 
+use ivx_data::Decision;
+use ivx_data::form::model_of_pairs;
+use ivx_nn::Model;
 use ivx_op::{Ctx, One, Op, OpError, declare};
 
 use super::choose;
-use crate::artifact::{Decision, Model};
 use crate::env::Points;
-use crate::learner::form::model_of_pairs;
 
 declare! {
     /// The action of the highest predicted reward under one model; the first where several have it.

@@ -5,9 +5,8 @@ mod decide;
 mod greedy;
 mod utility;
 
+use ivx_data::Decision;
 use ivx_op::{OpError, Registry};
-
-use crate::artifact::Decision;
 
 pub use argmax::{Argmax, equivalents};
 pub use decide::{Decide, policy};

@@ -1,6 +1,6 @@
 //! Bayesian regression on polynomials.
 
-use ivx_library::artifact::{Dataset, Model, Posterior};
+use ivx_data::{Dataset, Posterior};
 use ivx_library::env::{Reward, Sinusoids};
 use ivx_library::learner::{
     Inference, Learner, LinearBayes, LinearMap, LinearMle, Normal, Polynomial,
@@ -9,6 +9,7 @@ use ivx_math::linear_gaussian::{
     Regression, neg_log_likelihood, neg_log_posterior_gradient, neg_log_prior, powers,
 };
 use ivx_math::moments::mean;
+use ivx_nn::Model;
 use ivx_op::Ctx;
 use nalgebra::DVector;
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! The optimality and hallucination gaps of Example 2.8.
 
-use ivx_library::artifact::Decision;
+use ivx_data::Decision;
 use ivx_library::env::{Reward, Sinusoids};
 use ivx_library::ke::{KnowledgeEquivalent, MeanStd};
 use ivx_library::metric::{Hallucination, Regret};

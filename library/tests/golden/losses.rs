@@ -1,7 +1,7 @@
 //! Losses and their gradients, in double precision (torch).
 
-use ivx_library::nn::{Graph, Params, Proximity, Shape, Steps, Var};
 use ivx_math::moments::real;
+use ivx_nn::{Graph, Params, Proximity, Shape, Steps, Var};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, check_kind, number};
@@ -159,7 +159,7 @@ fn distribution(case: &Case) -> Value {
             let log_std = graph.map(sigma, f64::ln, |x: f64, _| 1.0 / x);
             let log_prob = graph.squashed_log_prob(x, graph.sub(x, mu), log_std);
             json!({
-                "action": pass.value("mu", graph.curve(x, ivx_library::nn::Curve::Tanh)),
+                "action": pass.value("mu", graph.curve(x, ivx_nn::Curve::Tanh)),
                 "log_prob": pass.items(graph.sum_items(log_prob)),
             })
         }

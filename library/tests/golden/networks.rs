@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_library::nn::{BatchNorm, Cell, Curve, Graph, ParamId, Params, Shape, Var, Window};
+use ivx_nn::{BatchNorm, Cell, Curve, Graph, ParamId, Params, Shape, Var, Window};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, number};

@@ -1,9 +1,9 @@
 //! Optimisers, in double precision (torch, optax).
 
-use ivx_library::nn::optim::{
+use ivx_nn::optim::{
     self, Moments, Pull, RmsProp, clip_global_norm, clip_value, global_norm, target_update,
 };
-use ivx_library::nn::{Constant, Cosine, Linear, Schedule, WarmUp};
+use ivx_nn::{Constant, Cosine, Linear, Schedule, WarmUp};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, numbers, rows};

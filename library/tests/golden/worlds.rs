@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use ivx_library::nn::{
-    Body, Curve, Graph, Heads, Latent, Module, ParamId, Params, Paths, Shape, Transitions, Var,
-    partial_losses, predicted_values, reconstruction_losses,
-};
 use ivx_math::moments::{mean, real, std};
 use ivx_math::mpv::across;
 use ivx_math::two_hot::{Bins, signed_hyperbolic, signed_parabolic};
+use ivx_nn::{
+    Body, Curve, Graph, Heads, Latent, Module, ParamId, Params, Paths, Shape, Transitions, Var,
+    partial_losses, predicted_values, reconstruction_losses,
+};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check_kind, number};

@@ -1,7 +1,7 @@
 //! One training has one result, bit for bit.
 
-use ivx_library::nn::Shape;
-use ivx_library::nn::optim::Moments;
+use ivx_nn::Shape;
+use ivx_nn::optim::Moments;
 use ivx_op::{Data, Tensors};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;

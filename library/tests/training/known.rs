@@ -1,7 +1,7 @@
 //! Linear maps find the answers that algebra has for them.
 
-use ivx_library::nn::optim::Pull;
-use ivx_library::nn::{
+use ivx_nn::optim::Pull;
+use ivx_nn::{
     Adam, AdamW, Cosine, Curve, Graph, Optimiser, Params, RmsProp, Schedule, Sgd, Shape, Step,
 };
 use rand::{RngExt as _, SeedableRng as _};

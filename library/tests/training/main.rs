@@ -3,3 +3,4 @@
 mod determinism;
 mod known;
 mod nets;
+mod tasks;

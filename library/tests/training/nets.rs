@@ -2,8 +2,8 @@
 
 use std::cell::RefCell;
 
-use ivx_library::nn::optim::{Moments, Pull};
-use ivx_library::nn::{
+use ivx_nn::optim::{Moments, Pull};
+use ivx_nn::{
     AdamW, BatchNorm, Cell, ClipNorm, Cosine, Curve, Graph, Optimiser, ParamId, Params, Shape,
     Step, Var, WarmUp, Window,
 };

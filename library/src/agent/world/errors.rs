@@ -1,11 +1,12 @@
 //! How far world models are from what happened.
 
+use ivx_data::Rollouts;
+use ivx_nn::WorldModel;
+use ivx_nn::{Bodies, Graph, Heads, Var, partial_losses};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 use super::reconstruction::transitions;
 use super::{Windows, fits, table};
-use crate::artifact::{Rollouts, WorldModel};
-use crate::nn::{Bodies, Graph, Heads, Var, partial_losses};
 
 declare! {
     /// The mean squared errors of a `reconstruction_model` over the steps of episodes: of the state that it

@@ -1,10 +1,10 @@
 //! The states of an environment as a model sees them.
 
+use ivx_nn::WorldModel;
+use ivx_nn::{Bodies, Shape};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 use super::hot;
-use crate::artifact::WorldModel;
-use crate::nn::{Bodies, Shape};
 
 declare! {
     /// The latent state that a world model makes of each state (Figure 2.9a).

@@ -14,12 +14,12 @@ pub use partial::PartialModel;
 pub use process::{ProcessModel, ProcessValues};
 pub use reconstruction::ReconstructionModel;
 
-use crate::artifact::{Layout, Rollouts, WorldModel};
-use crate::nn::optim::Pull;
-use crate::nn::{
-    self, Bodies, Curve, Descent, Graph, Module, Net, Optimiser, Paths, Real as _, Shape, Turns,
-    Var,
+use ivx_data::Rollouts;
+use ivx_nn::optim::Pull;
+use ivx_nn::{
+    Bodies, Curve, Descent, Graph, Module, Net, Optimiser, Paths, Real as _, Shape, Turns, Var,
 };
+use ivx_nn::{Layout, WorldModel};
 
 /// Adds what this folder declares.
 pub(super) fn register(registry: Registry) -> Registry {
@@ -50,7 +50,7 @@ fn untrained(
 ) -> Result<WorldModel, OpError> {
     for &name in names {
         let (inputs, outputs) = layout.widths(name).expect("it is a network of world models");
-        let module = nn::headed(net, &[inputs], &[outputs])
+        let module = ivx_nn::headed(net, &[inputs], &[outputs])
             .map_err(|misfit| OpError::Failed(misfit.message))?;
         let module = match (module, name) {
             (Module::Sequence(mut layers), "representation" | "dynamics") => {
@@ -61,7 +61,7 @@ fn untrained(
         };
         layout.nets.insert(name.to_owned(), module);
     }
-    Ok(nn::drawn(layout, &mut ctx.rng("init", &[])))
+    Ok(ivx_nn::drawn(layout, &mut ctx.rng("init", &[])))
 }
 
 /// How a model is trained.
@@ -82,8 +82,8 @@ fn trained(
     let (graph, nets) = Bodies::of(&model);
     let mut turns = Turns::new(n, how.batch);
     let descent = Descent { optimiser: how.optimiser, pull: Pull::NONE, steps: how.steps };
-    nn::descend(&graph, &descent, ctx, |graph, t| loss(graph, &nets, turns.turn(t, ctx)))?;
-    nn::learned(&graph, &mut model);
+    ivx_nn::descend(&graph, &descent, ctx, |graph, t| loss(graph, &nets, turns.turn(t, ctx)))?;
+    ivx_nn::learned(&graph, &mut model);
     if model.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
         return Err(OpError::Failed(format!(
             "training diverged within {} steps: lower the learning rate",

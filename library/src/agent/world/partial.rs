@@ -1,10 +1,11 @@
 //! World models that predict values and policies.
 
+use ivx_data::Rollouts;
+use ivx_nn::WorldModel;
+use ivx_nn::{Heads, Net, Optimiser, partial_losses};
 use ivx_op::{Array, Ctx, One, Op, OpError, Part, declare};
 
 use super::{LATENT, Training, Windows, layout, table, trained, untrained};
-use crate::artifact::{Rollouts, WorldModel};
-use crate::nn::{Heads, Net, Optimiser, partial_losses};
 
 declare! {
     /// A latent world model that predicts values, policies and rewards along its own steps (Eqn. 2.55, Example

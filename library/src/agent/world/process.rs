@@ -1,12 +1,13 @@
 //! Models of Markov reward processes with values (Example 5.1).
 
+use ivx_data::Dataset;
+use ivx_data::form;
+use ivx_nn::{Bodies, Module, Net, Optimiser, Real as _, Shape, predicted_values};
+use ivx_nn::{Layout, WorldModel};
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Part, Wrong, declare};
 
 use super::{Training, trained, untrained};
-use crate::artifact::{Dataset, Layout, WorldModel};
 use crate::env::Points;
-use crate::learner::form;
-use crate::nn::{Bodies, Module, Net, Optimiser, Real as _, Shape, predicted_values};
 
 declare! {
     /// A value function and a latent model of a Markov reward process whose states are numbers, learned together from

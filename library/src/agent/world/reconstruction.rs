@@ -1,10 +1,11 @@
 //! World models that rebuild what they see.
 
+use ivx_data::Rollouts;
+use ivx_nn::WorldModel;
+use ivx_nn::{Graph, Net, Optimiser, Real as _, Shape, Transitions, reconstruction_losses};
 use ivx_op::{Ctx, One, Op, OpError, Part, declare};
 
 use super::{LATENT, Training, Windows, hot, layout, trained, untrained};
-use crate::artifact::{Rollouts, WorldModel};
-use crate::nn::{Graph, Net, Optimiser, Real as _, Shape, Transitions, reconstruction_losses};
 
 declare! {
     /// A latent world model that reconstructs states (Eqns. 2.51 and 2.52): it embeds a state, rebuilds it from

@@ -1,10 +1,10 @@
+use ivx_data::Episode;
+use ivx_nn::{Adam, Constant, Mlp, Optimiser, Params, Tanh};
 use ivx_op::{Artifact as _, Dim, One, Op as _};
 
 use super::*;
 use crate::agent::{Act, GreedyPolicy, UniformPolicy, ValueIteration};
-use crate::artifact::Episode;
 use crate::env::{Chain, Env, Grid, Observe, Sinusoids};
-use crate::nn::{Adam, Constant, Mlp, Optimiser, Params, Tanh};
 
 const CTX: Ctx = Ctx::new("world", 1, None);
 

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use ivx_data::{Dataset, Form, Outputs};
 use ivx_op::{Ctx, Data, Facts, One, Op, OpError, Wrong, declare, read_tensors};
 
 use super::super::{csv, npz};
 use super::{Columns, is_left_behind, output, wrong};
-use crate::artifact::{Dataset, Form, Outputs};
 
 declare! {
     /// The data set that a program wrote: inputs `x` and targets `y`.
@@ -124,7 +124,7 @@ mod tests {
     use ivx_op::Artifact as _;
 
     use super::*;
-    use crate::artifact::Blob;
+    use ivx_data::Blob;
 
     fn read(name: &str, bytes: &[u8]) -> Result<Dataset, String> {
         read_as(name, bytes, 0)

@@ -1,9 +1,9 @@
 //! A file as it is.
 
+use ivx_data::{Blob, Outputs};
 use ivx_op::{Ctx, One, Op, OpError, declare};
 
 use super::{is_left_behind, output};
-use crate::artifact::{Blob, Outputs};
 
 declare! {
     /// One file that a program wrote, as it is, executable where it was: for `as_file`, which gives it to another.

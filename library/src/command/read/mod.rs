@@ -8,9 +8,8 @@ mod scalar;
 
 use std::collections::BTreeMap;
 
+use ivx_data::{Blob, Outputs};
 use ivx_op::{Facts, OpError, Wrong};
-
-use crate::artifact::{Blob, Outputs};
 
 pub use dataset::ReadDataset;
 pub use file::ReadFile;

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use ivx_data::{Form, Outputs};
+use ivx_nn::{Curve, Module};
+use ivx_nn::{Head, Model, NetModel};
 use ivx_op::{Artifact as _, Ctx, Data, One, Op, OpError, declare, kind_of, read_tensors};
 
 use super::{is_left_behind, output, wrong};
-use crate::artifact::{Form, Head, Model, NetModel, Outputs};
-use crate::nn::{self, Curve, Module};
 
 declare! {
     /// The model that a program wrote as `.safetensors`: one that `as_file` gave it, or one of these.
@@ -39,7 +40,7 @@ impl Op for ReadModel {
 /// The model, if it can be evaluated.
 fn sound(model: Model) -> Result<Model, String> {
     match &model {
-        Model::Net(net) => nn::check(net).map(|()| model),
+        Model::Net(net) => ivx_nn::check(net).map(|()| model),
         Model::Polynomial(_) => Ok(model),
     }
 }
@@ -56,7 +57,7 @@ fn model(
         return Ok(Model::Polynomial(theta));
     }
     let activation = metadata.get("activation").map_or("", String::as_str);
-    let curve = nn::curve(activation)?;
+    let curve = ivx_nn::curve(activation)?;
     let mut layers = Vec::new();
     let mut params = Vec::new();
     #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
@@ -99,7 +100,7 @@ fn wide(name: &str, data: Data) -> Result<(Vec<usize>, Vec<f64>), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::artifact::Blob;
+    use ivx_data::Blob;
 
     fn array(shape: &[usize], values: &[f64]) -> Data {
         Data::F64(shape.to_vec(), values.to_vec())

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use ivx_data::Outputs;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare, is_rounded, too_large, vanishes};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
 use super::{is_left_behind, output, wrong};
-use crate::artifact::Outputs;
 
 declare! {
     /// A number of a JSON file that a program wrote, to the bit. What JSON has no numbers for is read as Python writes
@@ -133,7 +133,7 @@ fn described(value: &RawValue) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::artifact::Blob;
+    use ivx_data::Blob;
 
     fn read(text: &str, field: &str) -> Result<f64, String> {
         let outputs = Outputs { files: [("s.json".to_owned(), Blob::plain(text.into()))].into() };

@@ -1,0 +1,106 @@
+//! Which observations learners and models take, for the checker.
+
+use ivx_op::{Facts, OpError, Shapes, Wrong};
+
+use crate::{Form, Misfit, sizes_told};
+
+/// Whether observations are pairs of numbers, which is all that `what` takes.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn pairs(what: &str, form: &Form) -> Result<(), Misfit> {
+    if form.is_pairs() {
+        return Ok(());
+    }
+    let message = format!("{what} takes pairs of numbers, not {}", told(form));
+    Err(Misfit::new(message, "use `map_estimate` with a network for such data"))
+}
+
+/// `images of 1 × 8 × 8 with 10 classes`.
+#[must_use]
+pub fn told(form: &Form) -> String {
+    let input = sizes_told(&form.input);
+    match form.classes {
+        Some(n) if form.target.is_empty() => format!("{input} with {n} classes"),
+        Some(n) => {
+            let sizes: Vec<String> = form.target.iter().map(usize::to_string).collect();
+            format!("{input} with {} targets of {n} classes", sizes.join(" × "))
+        }
+        None => format!("{input} with {}", sizes_told(&form.target)),
+    }
+}
+
+/// Whether a model takes data.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn same(model: &Form, data: &Form) -> Result<(), Misfit> {
+    if model == data {
+        return Ok(());
+    }
+    let message = format!("the model is of {}, and the data are {}", told(model), told(data));
+    Err(Misfit::new(message, "measure it on data as it was trained on"))
+}
+
+/// A misfit as the failure of an operation.
+#[must_use]
+pub fn failed(misfit: Misfit) -> OpError {
+    OpError::Failed(misfit.message)
+}
+
+/// A misfit as the breach of a rule by an argument.
+pub fn wrong(arg: &'static str) -> impl Fn(Misfit) -> Wrong {
+    move |Misfit { message, help }| Wrong { arg, message, help }
+}
+
+/// What is observed in what a port takes; none if it is not known.
+#[must_use]
+pub fn form(facts: &Facts<'_>, port: &str) -> Option<Form> {
+    Form::of(facts.shapes(port)?)
+}
+
+/// What a model is of: the form of the data `on`.
+#[must_use]
+pub fn form_of_data(facts: &Facts<'_>) -> Option<Shapes> {
+    form(facts, "on").map(|form| form.shapes())
+}
+
+/// The rule that `model` is a function of one number.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn model_of_pairs(facts: &Facts<'_>) -> Result<(), Wrong> {
+    form(facts, "model").map_or(Ok(()), |form| of_numbers(&form).map_err(wrong("model")))
+}
+
+/// The rule that the data `on` are pairs of numbers.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn data_of_pairs(facts: &Facts<'_>) -> Result<(), Wrong> {
+    form(facts, "on").map_or(Ok(()), |form| pairs("this operation", &form).map_err(wrong("on")))
+}
+
+/// The rule that `model` was trained on data such as `on`.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn model_of_data(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match (form(facts, "model"), form(facts, "on")) {
+        (Some(model), Some(data)) => same(&model, &data).map_err(wrong("on")),
+        _ => Ok(()),
+    }
+}
+
+/// Whether a model is a function of one number.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn of_numbers(form: &Form) -> Result<(), Misfit> {
+    if form.is_pairs() {
+        return Ok(());
+    }
+    let message =
+        format!("this operation takes a model of numbers, and it is one of {}", told(form));
+    Err(Misfit::new(message, "use `accuracy` or `rmse`, which take data of any shape"))
+}

@@ -1,0 +1,16 @@
+//! What operations hand to each other: data, episodes, decisions and beliefs.
+
+mod dataset;
+mod decision;
+pub mod form;
+mod misfit;
+mod outputs;
+mod posterior;
+mod rollouts;
+
+pub use dataset::{Dataset, Form};
+pub use decision::Decision;
+pub use misfit::{Misfit, sizes_told};
+pub use outputs::{Blob, Outputs};
+pub use posterior::Posterior;
+pub use rollouts::{Episode, Rollouts};

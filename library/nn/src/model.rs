@@ -1,0 +1,150 @@
+//! Learned functions.
+
+use std::borrow::Cow;
+
+use ivx_data::{Form, form};
+use ivx_math::polynomial::polynomial;
+use ivx_op::{Artifact, Data, OpError, Tensors};
+use serde::{Deserialize, Serialize};
+
+use crate::Module;
+
+/// A learned function.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Model {
+    /// `θ_0 + θ_1 a + … + θ_d a^d` of a number (Eqn. 2.18b).
+    Polynomial(Vec<f64>),
+    /// A neural network.
+    Net(NetModel),
+}
+
+/// A neural network as plain named arrays, with what is needed to run it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetModel {
+    /// Its layers.
+    pub module: Module,
+    /// What it was trained on.
+    pub form: Form,
+    /// What it puts out.
+    pub head: Head,
+    /// How much the fixed prior network adds; 0 without one.
+    pub prior_scale: f64,
+    /// Arrays such as `0.weight` (`[in, out]`), `0.bias`, `prior.0.weight`, by name: name, shape, values.
+    pub params: Vec<(String, Vec<usize>, Vec<f32>)>,
+}
+
+/// What the numbers that a network puts out for one target are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Head {
+    /// The target.
+    Mean,
+    /// The means of a Gaussian, and the logarithms of its standard deviations behind them.
+    Gaussian,
+    /// The logit of each class; of the second of two, where it is one.
+    Logits,
+}
+
+#[derive(Serialize, Deserialize)]
+enum Facts {
+    Polynomial,
+    Net { module: Module, form: Form, head: Head, prior_scale: f64 },
+}
+
+impl Model {
+    /// What it was trained on.
+    #[must_use]
+    pub fn form(&self) -> Cow<'_, Form> {
+        match self {
+            Self::Polynomial(_) => Cow::Owned(Form::default()),
+            Self::Net(net) => Cow::Borrowed(&net.form),
+        }
+    }
+
+    /// The values of a function of one number.
+    ///
+    /// # Errors
+    /// If it is a function of something else.
+    pub fn rewards(&self, actions: &[f64]) -> Result<Vec<f64>, OpError> {
+        form::of_numbers(&self.form()).map_err(form::failed)?;
+        Ok(self.predict(actions))
+    }
+
+    /// The function's values at `xs`: for every target its mean, or a logit for each class.
+    ///
+    /// # Panics
+    /// If `xs` are not inputs as it was trained on, one after the other.
+    #[must_use]
+    pub fn predict(&self, xs: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Polynomial(theta) => polynomial(theta, xs),
+            Self::Net(net) => crate::predict(net, xs),
+        }
+    }
+}
+
+impl Artifact for Model {
+    const KIND: &'static str = "Model";
+
+    fn encode(&self) -> Vec<u8> {
+        match self {
+            Self::Polynomial(theta) => {
+                let theta = Data::F64(vec![theta.len()], theta.clone());
+                Tensors { arrays: [("theta".to_owned(), theta)].into() }
+                    .encode(Self::KIND, &Facts::Polynomial)
+            }
+            Self::Net(net) => {
+                let facts = Facts::Net {
+                    module: net.module.clone(),
+                    form: net.form.clone(),
+                    head: net.head,
+                    prior_scale: net.prior_scale,
+                };
+                let arrays = net.params.iter().cloned();
+                let arrays = arrays.map(|(name, shape, values)| (name, Data::F32(shape, values)));
+                Tensors { arrays: arrays.collect() }.encode(Self::KIND, &facts)
+            }
+        }
+    }
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        let (mut tensors, facts) = Tensors::decode::<Facts>(Self::KIND, bytes)?;
+        match facts {
+            Facts::Polynomial => tensors.f64("theta").map(|(_, theta)| Self::Polynomial(theta)),
+            Facts::Net { module, form, head, prior_scale } => {
+                let params = tensors.arrays.into_iter().map(|(name, data)| match data {
+                    Data::F32(shape, values) => Some((name, shape, values)),
+                    _ => None,
+                });
+                let params = params.collect::<Option<_>>()?;
+                Some(Self::Net(NetModel { module, form, head, prior_scale, params }))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Curve;
+
+    #[test]
+    fn models_survive_the_round_trip() {
+        let dense = Module::Dense { inputs: 1, outputs: 2, curve: Curve::Tanh };
+        let net = NetModel {
+            module: Module::Sequence(vec![Module::Flatten, Module::Residual(vec![dense])]),
+            form: Form { input: vec![2], target: vec![], classes: Some(3) },
+            head: Head::Logits,
+            prior_scale: 0.5,
+            params: vec![("1.0.weight".into(), vec![1, 2], vec![0.25, -1.0])],
+        };
+        for model in [Model::Polynomial(vec![1.0, -2.0]), Model::Net(net)] {
+            assert_eq!(Model::decode(&model.encode()), Some(model));
+        }
+    }
+
+    #[test]
+    fn a_polynomial_is_evaluated_from_its_highest_power() {
+        // 1 − 2·3 + 0.5·9 = −0.5
+        assert_eq!(Model::Polynomial(vec![1.0, -2.0, 0.5]).predict(&[3.0]), [-0.5]);
+    }
+}

@@ -1,0 +1,189 @@
+//! A pass through the layers of a network.
+
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+
+use super::Module;
+use crate::graph::{Graph, Shape, Var};
+use crate::ops::{BatchNorm, Cell};
+use crate::params::ParamId;
+use crate::real::Real;
+
+/// What a pass is for.
+#[derive(Debug)]
+pub enum Mode<'a> {
+    /// Training: numbers are left out at random, and batches normalised by themselves.
+    Train(&'a mut ChaCha8Rng),
+    /// Prediction: all numbers are there, and batches normalised by what training has seen.
+    Predict,
+}
+
+/// The share of a batch in the running statistics.
+const MOMENTUM: f64 = 0.1;
+/// How many steps are put side by side at once.
+const AT_ONCE: usize = 32;
+/// What is added to variances.
+const EPS: f64 = 1e-5;
+
+impl Module {
+    /// What comes out for the items of `x`, whose shape is `input`.
+    ///
+    /// `params` are the places of its arrays, in the order of [`Module::arrays`].
+    ///
+    /// # Panics
+    /// If the shapes do not fit, or arrays are missing.
+    pub fn pass<F: Real>(
+        &self,
+        graph: &Graph<F>,
+        params: &[ParamId],
+        (x, input): (Var, &[usize]),
+        mode: &mut Mode<'_>,
+    ) -> Var {
+        let mut pass = Pass { graph, params: params.iter(), mode };
+        pass.layer(self, x, input.to_vec()).0
+    }
+}
+
+/// The shape of a batch of `n` items of a shape.
+#[must_use]
+pub(crate) fn batch(n: usize, item: &[usize]) -> Shape {
+    match item {
+        [channels, rows, cols] => Shape { n, item: [*channels, *rows, *cols] },
+        _ => Shape::vectors(n, item.iter().product()),
+    }
+}
+
+struct Pass<'a, 'm, F: Real> {
+    graph: &'a Graph<F>,
+    params: std::slice::Iter<'a, ParamId>,
+    mode: &'a mut Mode<'m>,
+}
+
+impl<F: Real> Pass<'_, '_, F> {
+    fn next(&mut self) -> ParamId {
+        *self.params.next().expect("there is an array for every layer")
+    }
+
+    /// What comes out of one layer, and its shape.
+    fn layer(&mut self, module: &Module, x: Var, shape: Vec<usize>) -> (Var, Vec<usize>) {
+        let graph = self.graph;
+        match module {
+            Module::Sequence(layers) => return self.layers(layers, x, shape),
+            Module::Residual(layers) => {
+                let (y, shape) = self.layers(layers, x, shape);
+                return (graph.add(x, y), shape);
+            }
+            _ => {}
+        }
+        let output = module.output(&shape).unwrap_or_else(|misfit| panic!("{}", misfit.message));
+        let y = match module {
+            Module::Dense { outputs, curve, .. } => {
+                let (weight, bias) = (self.next(), self.next());
+                let n = graph.shape(x).n;
+                let rows = match shape[..] {
+                    [steps, length] => graph.reshape(x, Shape::vectors(n * steps, length)),
+                    _ => x,
+                };
+                let y = graph.linear(rows, weight, bias, *curve);
+                match shape[..] {
+                    [steps, _] => graph.reshape(y, Shape::vectors(n, steps * outputs)),
+                    _ => y,
+                }
+            }
+            Module::Conv { window, groups, bias, curve, .. } => {
+                let weight = self.next();
+                let bias = bias.then(|| self.next());
+                graph.curve(graph.conv2d(x, weight, bias, *window, *groups), *curve)
+            }
+            Module::ConvTranspose { window, curve, .. } => {
+                let (weight, bias) = (self.next(), self.next());
+                graph.curve(graph.conv_transpose2d(x, weight, bias, *window), *curve)
+            }
+            Module::MaxPool(window) => graph.max_pool(x, *window),
+            Module::MeanPool(window) => graph.mean_pool(x, *window),
+            Module::GlobalPool => {
+                let pooled = graph.global_mean_pool(x);
+                graph.reshape(pooled, batch(graph.shape(x).n, &output))
+            }
+            Module::BatchNorm { .. } => {
+                let (scale, shift) = (self.next(), self.next());
+                let (mean, variance) = (self.next(), self.next());
+                let norm = BatchNorm { scale, shift, mean, variance, momentum: MOMENTUM, eps: EPS };
+                match self.mode {
+                    Mode::Train(_) => graph.batch_norm(x, &norm),
+                    Mode::Predict => graph.batch_norm_fixed(x, &norm),
+                }
+            }
+            Module::LayerNorm { .. } => {
+                let (scale, shift) = (self.next(), self.next());
+                graph.layer_norm(x, scale, shift, EPS)
+            }
+            Module::Gru { .. } | Module::Lstm { .. } => self.unroll(module, x, &output, &shape),
+            Module::Embedding { .. } => {
+                let table = self.next();
+                let n = graph.shape(x).n;
+                graph.reshape(graph.embedding(x, table), batch(n, &output))
+            }
+            Module::Dropout { rate, .. } => match self.mode {
+                Mode::Train(rng) => {
+                    let of = graph.shape(x);
+                    let keep = graph.filled(of, |keep| keep.fill_with(|| draw(*rate, rng)));
+                    graph.dropout(x, keep, *rate)
+                }
+                Mode::Predict => x,
+            },
+            Module::Mask { .. } => {
+                let mask = self.next();
+                let mask = graph.params().value(mask).to_vec();
+                graph.mul(x, graph.input(batch(1, &shape), &mask))
+            }
+            Module::Curve(curve) => graph.curve(x, *curve),
+            Module::Flatten => graph.reshape(x, batch(graph.shape(x).n, &output)),
+            Module::Last => graph.columns(x, (shape[0] - 1) * shape[1], shape[1]),
+            Module::Sequence(_) | Module::Residual(_) => unreachable!("done above"),
+        };
+        (y, output)
+    }
+
+    fn layers(&mut self, layers: &[Module], x: Var, shape: Vec<usize>) -> (Var, Vec<usize>) {
+        layers.iter().fold((x, shape), |(x, shape), layer| self.layer(layer, x, shape))
+    }
+
+    /// The outputs of a recurrent layer at every step.
+    fn unroll(&mut self, module: &Module, x: Var, output: &[usize], input: &[usize]) -> Var {
+        let graph = self.graph;
+        let (steps, units, length) = (output[0], output[1], input[1]);
+        let cell = Cell {
+            input_weight: self.next(),
+            input_bias: self.next(),
+            state_weight: self.next(),
+            state_bias: self.next(),
+        };
+        let zeros = || {
+            let shape = Shape::vectors(graph.shape(x).n, units);
+            graph.filled(shape, |zeros| zeros.fill(F::zero()))
+        };
+        let (mut h, mut c) = (zeros(), zeros());
+        // A few steps at once, so that no list is long.
+        let (mut outputs, mut rows) = (Vec::with_capacity(AT_ONCE), Vec::new());
+        for t in 0..steps {
+            let x = graph.columns(x, t * length, length);
+            if matches!(module, Module::Gru { .. }) {
+                h = graph.gru(x, h, &cell);
+            } else {
+                (h, c) = graph.lstm(x, (h, c), &cell);
+            }
+            outputs.push(h);
+            if outputs.len() == AT_ONCE || t + 1 == steps {
+                rows.push(graph.concat(&outputs));
+                outputs.clear();
+            }
+        }
+        graph.concat(&rows)
+    }
+}
+
+/// 1 with probability `1 - rate`, else 0.
+fn draw<F: Real>(rate: f64, rng: &mut ChaCha8Rng) -> F {
+    if rng.random::<f64>() < rate { F::zero() } else { F::one() }
+}
