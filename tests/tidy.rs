@@ -16,7 +16,9 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("library/math", &["ivx-op"]),
     ("library/data", &["ivx-op", "ivx-math"]),
     ("library/nn", &["ivx-op", "ivx-math", "ivx-data"]),
-    ("library", &["ivx-op", "ivx-math", "ivx-data", "ivx-nn"]),
+    ("library/world", &["ivx-op", "ivx-math", "ivx-data"]),
+    ("library/figure", &["ivx-op", "ivx-math", "ivx-data", "ivx-world"]),
+    ("library", &["ivx-op", "ivx-math", "ivx-data", "ivx-nn", "ivx-world", "ivx-figure"]),
     ("engine", &["ivx-op", "ivx-grammar", "ivx-cache"]),
     ("cli", &["ivx-op", "ivx-math", "ivx-grammar", "ivx-library", "ivx-cache", "ivx-engine"]),
 ];

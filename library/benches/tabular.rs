@@ -8,10 +8,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use ivx_library::agent::{Act, TabularModel, TabularValues, UniformPolicy};
-use ivx_library::env::{Env, Gridworld};
 use ivx_nn::optim::{self, Moments, Pull};
 use ivx_nn::{Adam, Constant, Graph, Optimiser, Params, Shape};
 use ivx_op::{Ctx, One, Op as _};
+use ivx_world::{Env, Gridworld};
 
 const EPOCHS: u64 = 4_000;
 /// Of 500 steps there are three batches of 128.

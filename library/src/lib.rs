@@ -5,8 +5,6 @@
 pub mod agent;
 pub mod ce;
 pub mod command;
-pub mod env;
-pub mod figure;
 pub mod ke;
 pub mod learner;
 pub mod metric;
@@ -23,12 +21,12 @@ pub fn registry() -> Registry {
     let registry = Registry::default();
     let registry = ce::register(registry);
     let registry = ke::register(registry);
-    let registry = env::register(registry);
+    let registry = ivx_world::register(registry);
     let registry = ivx_nn::register(registry);
     let registry = learner::register(registry);
     let registry = planner::register(registry);
     let registry = agent::register(registry);
     let registry = metric::register(registry);
     let registry = command::register(registry);
-    figure::register(registry)
+    ivx_figure::register(registry)
 }

@@ -8,10 +8,10 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use ivx_data::{Dataset, Form};
 use ivx_library::agent::{Act, TabularModel, UniformPolicy};
-use ivx_library::env::{Copying, Glyphs, Gridworld, Task};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
 use ivx_nn::{Mlp, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
+use ivx_world::{Copying, Glyphs, Gridworld, Task};
 use nets::{TASKS, Training};
 use tracking_allocator::{
     AllocationGroupId, AllocationGroupToken, AllocationRegistry, AllocationTracker, Allocator,

@@ -14,3 +14,9 @@ pub use misfit::{Misfit, sizes_told};
 pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;
 pub use rollouts::{Episode, Rollouts};
+
+/// The dimension of a number that brings its interval along.
+pub const END: &str = "end";
+
+/// Its labels: the number and the ends of its interval.
+pub const ENDS: [&str; 3] = ["estimate", "low", "high"];

@@ -4,9 +4,8 @@ use ivx_data::{Dataset, Episode, Form, Rollouts};
 use ivx_math::moments::real;
 use ivx_math::policy::pick;
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Shapes, declare};
+use ivx_world::{Env, Mdp};
 use rand::RngExt as _;
-
-use crate::env::{Env, Mdp};
 
 declare! {
     /// Episodes of a policy in an environment (Eqn. 2.35).
@@ -170,9 +169,9 @@ impl Op for Visits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::{Chain, GoalWorld};
     use ivx_math::bellman::expected_values;
     use ivx_math::moments::mean;
+    use ivx_world::{Chain, GoalWorld};
 
     const CTX: Ctx = Ctx::new("act", 3, None);
 

@@ -6,9 +6,9 @@ use ivx_data::form::{failed, told, wrong};
 use ivx_math::policy::boltzmann;
 use ivx_nn::Model;
 use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
+use ivx_world::Env;
 
 use super::act::form;
-use crate::env::Env;
 
 declare! {
     /// The policy that takes each action as probably as a classifier of demonstrations names it.
@@ -59,9 +59,9 @@ impl Op for ClonedPolicy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::Chain;
     use ivx_nn::{Curve, Module};
     use ivx_nn::{Head, NetModel};
+    use ivx_world::Chain;
 
     fn cloned(weight: &[f32], outputs: usize, classes: usize) -> Result<Vec<f64>, String> {
         let model = NetModel {

@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 
 use ivx_math::order::max;
 use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
+use ivx_world::{Env, world_pays};
 
 use super::act::Luck;
 use super::policy::greedy_policy;
-use crate::env::{Env, world_pays};
 
 /// Says what the state after an action is worth.
 pub trait Bootstrap: Debug + Send + Sync {
@@ -120,8 +120,8 @@ mod tests {
 
     use super::super::{PolicyValues, ValueIteration};
     use super::*;
-    use crate::env::GoalWorld;
     use ivx_math::bellman::expected_values;
+    use ivx_world::GoalWorld;
 
     const CTX: Ctx = Ctx::new("control", 1, None);
 

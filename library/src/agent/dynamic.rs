@@ -2,8 +2,7 @@
 
 use ivx_math::bellman::{Model, backup, expected_values, fixed_point, highest_values};
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-
-use crate::env::{Env, world_pays};
+use ivx_world::{Env, world_pays};
 
 /// Sweeps end when no value moves by more, relative to the largest (or to 1 if that is smaller).
 const TOLERANCE: f64 = 1e-13;
@@ -73,7 +72,7 @@ mod tests {
     use rand::RngExt as _;
 
     use super::*;
-    use crate::env::{Chain, GoalWorld, Mdp};
+    use ivx_world::{Chain, GoalWorld, Mdp};
 
     const CTX: Ctx = Ctx::new("", 0, None);
 

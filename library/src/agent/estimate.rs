@@ -122,8 +122,8 @@ pub(super) fn along(values: &[f64], e: &Episode) -> Vec<f64> {
 mod tests {
     use super::super::{Act, PolicyValues};
     use super::*;
-    use crate::env::{Chain, Env as _};
     use ivx_math::bellman::expected_values;
+    use ivx_world::{Chain, Env as _};
 
     const REWARDS: [f64; 3] = [1.0, 0.0, 2.0];
     const VALUES: [f64; 4] = [9.0, 9.0, 8.0, 4.0];

@@ -4,8 +4,7 @@ use ivx_math::moments::real;
 use ivx_math::order::argmax;
 use ivx_math::policy::boltzmann;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-
-use crate::env::Env;
+use ivx_world::Env;
 
 declare! {
     /// The policy of a random agent: every action is equally probable.
@@ -90,7 +89,7 @@ mod tests {
     use ivx_op::{Dim, Labels};
 
     use super::*;
-    use crate::env::Chain;
+    use ivx_world::Chain;
 
     const CTX: Ctx = Ctx::new("", 0, None);
 

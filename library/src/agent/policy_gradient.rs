@@ -8,10 +8,10 @@ use ivx_math::moments::real;
 use ivx_math::policy::boltzmann;
 use ivx_math::returns::{Path, advantages, lambda_returns};
 use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
+use ivx_world::{Env, world_pays};
 
 use super::act::{Luck, episode};
 use super::estimate::along;
-use crate::env::{Env, world_pays};
 
 /// Says how much better than expected the actions of an episode were.
 pub trait Critic: Debug + Send + Sync {
@@ -142,8 +142,8 @@ mod tests {
 
     use super::super::{PolicyValues, ValueIteration};
     use super::*;
-    use crate::env::GoalWorld;
     use ivx_math::bellman::expected_values;
+    use ivx_world::GoalWorld;
 
     const CTX: Ctx = Ctx::new("policy_gradient", 1, None);
 

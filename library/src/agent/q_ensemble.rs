@@ -119,9 +119,9 @@ impl Op for EnsemblePolicy {
 mod tests {
     use super::super::{Act, UniformPolicy, ValueIteration};
     use super::*;
-    use crate::env::{Chain, Env};
     use crate::ke::{Bcm, Ma, Wcm};
     use ivx_data::Episode;
+    use ivx_world::{Chain, Env};
 
     const CTX: Ctx = Ctx::new("q_ensemble", 2, None);
 

@@ -2,8 +2,7 @@
 
 use ivx_math::markov_chain::{hits, induced, occupancy};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
-
-use crate::env::Env;
+use ivx_world::Env;
 
 declare! {
     /// How probably a policy is in a state after each number of steps from another on, by the Markov chain that it
@@ -42,7 +41,7 @@ impl Op for Reach {
 mod tests {
     use super::super::UniformPolicy;
     use super::*;
-    use crate::env::Chain;
+    use ivx_world::Chain;
 
     #[test]
     fn a_walk_of_three_cells_by_hand() {

@@ -215,10 +215,10 @@ impl Learning<'_> {
 mod tests {
     use super::super::{Act, PolicyValues, UniformPolicy};
     use super::*;
-    use crate::env::{Chain, Env};
     use ivx_math::bellman::expected_values;
     use ivx_math::tabular::{Transition, most_likely, transition_counts};
     use ivx_nn::{Adam, Constant, Linear, Schedule};
+    use ivx_world::{Chain, Env};
 
     const CTX: Ctx = Ctx::new("tabular", 3, None);
 

@@ -7,11 +7,11 @@ use ivx_data::form::{self, data_of_pairs};
 use ivx_data::{Dataset, Posterior};
 use ivx_math::linear_gaussian;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, Parts, declare, family};
+use ivx_world::{Points, curve};
 
 use super::linear::regression;
 use super::prior::prior_is_normal;
 use super::{Features, Prior};
-use crate::env::{Points, curve};
 
 /// Turns data into a belief about parameters.
 pub trait Inference: Debug + Send + Sync {
@@ -181,8 +181,8 @@ impl Op for LogEvidence {
 mod tests {
     use super::super::{Normal, Polynomial};
     use super::*;
-    use crate::env::{Grid, Interval, Sample, Sinusoids};
     use ivx_math::moments::mean;
+    use ivx_world::{Grid, Interval, Sample, Sinusoids};
 
     const CTX: Ctx = Ctx::new("infer", 0, None);
 

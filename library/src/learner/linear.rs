@@ -78,9 +78,9 @@ pub(crate) fn regression(
 mod tests {
     use super::super::{Laplace, Normal, Polynomial};
     use super::*;
-    use crate::env::{Interval, Reward as _, Sample, Sinusoids};
     use ivx_math::moments::mean;
     use ivx_op::Op as _;
+    use ivx_world::{Interval, Reward as _, Sample, Sinusoids};
 
     fn mle(degree: usize) -> LinearMle {
         LinearMle { features: Box::new(Polynomial { degree }) }

@@ -3,8 +3,7 @@
 use ivx_data::form::model_of_pairs;
 use ivx_nn::Model;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-
-use crate::env::{Points, curve};
+use ivx_world::{Points, curve};
 
 declare! {
     /// The reward a model predicts for each action.

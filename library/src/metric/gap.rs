@@ -2,8 +2,7 @@
 
 use ivx_data::Decision;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-
-use crate::env::Reward;
+use ivx_world::Reward;
 
 declare! {
     /// The optimality gap: the highest true reward among the candidates, less that of the choice.
@@ -42,7 +41,7 @@ impl Op for Hallucination {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::Sinusoids;
+    use ivx_world::Sinusoids;
 
     #[test]
     fn both_gaps_of_one_decision() {

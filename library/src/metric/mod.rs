@@ -45,7 +45,6 @@ pub use rmse::Rmse;
 pub use select::Select;
 pub use sort::Sort;
 pub use stratified::Stratified;
-pub(crate) use stratified::{END, ENDS};
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {

@@ -1,5 +1,6 @@
 //! What many runs on many tasks come to, with an interval.
 
+use ivx_data::{END, ENDS};
 use ivx_math::evidence::N_RESAMPLES;
 use ivx_math::interval::percentile;
 use ivx_math::moments::mean;
@@ -9,11 +10,6 @@ use ivx_op::{Array, AxisNames, Ctx, Dim, Facts, Labels, Named, Op, OpError, Wron
 use rand::RngExt as _;
 
 use super::reduce::{Groups, named};
-
-/// The dimension of a number and the ends of its interval.
-pub(crate) const END: &str = "end";
-/// Its labels.
-pub(crate) const ENDS: [&str; 3] = ["estimate", "low", "high"];
 
 declare! {
     /// A statistic of all runs on all tasks, with the interval of a bootstrap that draws runs anew for each task

@@ -6,9 +6,9 @@ use ivx_math::moments::uniform;
 use ivx_math::mpv::across;
 use ivx_nn::Model;
 use ivx_op::{Ctx, Members, Op, OpError, declare};
+use ivx_world::Points;
 
 use super::choose;
-use crate::env::Points;
 use crate::ke::KnowledgeEquivalent;
 
 declare! {
@@ -51,8 +51,8 @@ pub fn equivalents(members: &[&[f64]], ke: &dyn KnowledgeEquivalent) -> Vec<f64>
 mod tests {
     use super::super::Greedy;
     use super::*;
-    use crate::env::Grid;
     use crate::ke::{Bcm, Ma, Wcm};
+    use ivx_world::Grid;
 
     /// Over {0, 1, 2}, the lines x and 1 − 2x: 0 1 2 and 1 −1 −3.
     fn decide(ke: Box<dyn KnowledgeEquivalent>) -> (f64, f64) {

@@ -3,10 +3,10 @@
 use ivx_math::moments::real;
 use ivx_math::order::max;
 use ivx_op::{Array, Ctx, Op, OpError, Part, declare};
+use ivx_world::Problem;
 
 use super::utility::utilities;
 use crate::ce::CertaintyEquivalent;
-use crate::env::Problem;
 use crate::ke::KnowledgeEquivalent;
 
 /// Utilities that differ by no more, relative to the best (or to 1 if that is smaller), are equal.
@@ -47,8 +47,8 @@ pub fn policy(utilities: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::ce::{Eu, Wcu};
-    use crate::env::{Belief, BeliefOver, Boxes, Discrete, Lottery};
     use crate::ke::{Bcm, Ma, Wcm};
+    use ivx_world::{Belief, BeliefOver, Boxes, Discrete, Lottery};
 
     fn lottery(outcomes: &[f64]) -> Box<dyn Lottery> {
         let probabilities = ivx_math::moments::uniform(outcomes.len());

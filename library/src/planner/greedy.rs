@@ -4,9 +4,9 @@ use ivx_data::Decision;
 use ivx_data::form::model_of_pairs;
 use ivx_nn::Model;
 use ivx_op::{Ctx, One, Op, OpError, declare};
+use ivx_world::Points;
 
 use super::choose;
-use crate::env::Points;
 
 declare! {
     /// The action of the highest predicted reward under one model; the first where several have it.

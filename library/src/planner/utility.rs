@@ -1,9 +1,9 @@
 //! What each action is worth under risk and ignorance.
 
 use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, Part, declare};
+use ivx_world::{Belief, Problem};
 
 use crate::ce::CertaintyEquivalent;
-use crate::env::{Belief, Problem};
 use crate::ke::KnowledgeEquivalent;
 
 declare! {

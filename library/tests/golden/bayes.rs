@@ -1,7 +1,6 @@
 //! Bayesian regression on polynomials.
 
 use ivx_data::{Dataset, Posterior};
-use ivx_library::env::{Reward, Sinusoids};
 use ivx_library::learner::{
     Inference, Learner, LinearBayes, LinearMap, LinearMle, Normal, Polynomial,
 };
@@ -11,6 +10,7 @@ use ivx_math::linear_gaussian::{
 use ivx_math::moments::mean;
 use ivx_nn::Model;
 use ivx_op::Ctx;
+use ivx_world::{Reward, Sinusoids};
 use nalgebra::DVector;
 use serde_json::{Value, json};
 

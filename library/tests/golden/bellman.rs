@@ -1,6 +1,5 @@
 //! Values of known environments, and ensembles of values that models predict.
 
-use ivx_library::env::{Chain, Env as _};
 use ivx_library::ke::{KnowledgeEquivalent as _, MeanStd};
 use ivx_library::planner::equivalents;
 use ivx_math::bellman::{Model, backup, evaluation, fixed_point, highest_values, optimality};
@@ -10,6 +9,7 @@ use ivx_math::mpv::{
 };
 use ivx_math::order::{argmax, rescaled};
 use ivx_math::returns::Path;
+use ivx_world::{Chain, Env as _};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check_kind, number, numbers};

@@ -1,12 +1,12 @@
 //! Certainty and knowledge equivalents.
 
 use ivx_library::ce::{Bcu, CertaintyEquivalent, Eu, LowerMean, Mvu, UpperMean, Wcu};
-use ivx_library::env::{BeliefOver, Boxes, Discrete};
 use ivx_library::ke::{Bcm, Cvar, KnowledgeEquivalent, Ma, MeanStd, Mvm, Wcm};
 use ivx_library::planner::{Decide, Utility, equivalents};
 use ivx_math::moments::{sample_variance, uniform, weighted_variance};
 use ivx_math::order::argmax;
 use ivx_op::{Ctx, Op};
+use ivx_world::{BeliefOver, Boxes, Discrete};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, numbers, parameter, rows, text};

@@ -1,11 +1,11 @@
 //! The optimality and hallucination gaps of Example 2.8.
 
 use ivx_data::Decision;
-use ivx_library::env::{Reward, Sinusoids};
 use ivx_library::ke::{KnowledgeEquivalent, MeanStd};
 use ivx_library::metric::{Hallucination, Regret};
 use ivx_library::planner::{choose, equivalents};
 use ivx_op::{Ctx, One, Op};
+use ivx_world::{Reward, Sinusoids};
 use serde_json::{Value, json};
 
 use crate::decision;

@@ -1,12 +1,12 @@
 //! Networks learn tasks that others cannot.
 
 use ivx_data::Dataset;
-use ivx_library::env::{Copying, Glyphs, Task};
 use ivx_library::metric::Accuracy;
 use ivx_library::registry;
 use ivx_nn::optim::Pull;
 use ivx_nn::{Loss, Model, Net, Optimiser, Training, fit, init};
 use ivx_op::{Ctx, Lit, Literal, One, Op as _, Part};
+use ivx_world::{Copying, Glyphs, Task};
 
 fn drawn(task: &dyn Task, n: usize, stream: &str) -> Dataset {
     let mut rng = Ctx::new("examples", 0, None).rng("examples", &[stream]);

@@ -5,9 +5,9 @@ use ivx_data::form;
 use ivx_nn::{Bodies, Module, Net, Optimiser, Real as _, Shape, predicted_values};
 use ivx_nn::{Layout, WorldModel};
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Part, Wrong, declare};
+use ivx_world::Points;
 
 use super::{Training, trained, untrained};
-use crate::env::Points;
 
 declare! {
     /// A value function and a latent model of a Markov reward process whose states are numbers, learned together from

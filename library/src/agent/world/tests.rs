@@ -1,10 +1,10 @@
 use ivx_data::Episode;
 use ivx_nn::{Adam, Constant, Mlp, Optimiser, Params, Tanh};
 use ivx_op::{Artifact as _, Dim, One, Op as _};
+use ivx_world::{Chain, Env, Grid, Observe, Sinusoids};
 
 use super::*;
 use crate::agent::{Act, GreedyPolicy, UniformPolicy, ValueIteration};
-use crate::env::{Chain, Env, Grid, Observe, Sinusoids};
 
 const CTX: Ctx = Ctx::new("world", 1, None);
 

@@ -1,12 +1,12 @@
 //! Boxes of marbles.
 
 use ivx_op::{Ctx, Figure, Op, OpError, declare, shown};
+use ivx_world::Problem;
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Tint};
 use super::page::count;
 use super::render::render;
 use super::text::chance;
-use crate::env::Problem;
 
 declare! {
     /// What may be drawn from each box of a problem (Figure 2.2): a marble for each outcome, with what it pays inside,
@@ -110,7 +110,7 @@ fn marble(at: (f64, f64), pays: f64, p: f64) -> Vec<Mark> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::{Belief, BeliefOver, Boxes, Discrete, Lottery};
+    use ivx_world::{Belief, BeliefOver, Boxes, Discrete, Lottery};
 
     fn marbles(left: Box<dyn Belief>, right: Box<dyn Belief>) -> String {
         let marbles = Marbles { of: Box::new(Boxes { left, right }), title: String::new() };

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use ivx_op::{Ctx, Figure, Op, OpError, declare, shown};
+use ivx_world::{Env, Mdp};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Tint};
 use super::page::count;
 use super::render::render;
 use super::text::chance;
-use crate::env::{Env, Mdp};
 
 declare! {
     /// The transition graph of a world (Figures 2.7 and 2.8): white nodes are states, black ones actions, and grey
@@ -169,7 +169,7 @@ fn short(from: (f64, f64), to: (f64, f64), by: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::{Chain, Gridworld};
+    use ivx_world::{Chain, Gridworld};
 
     fn graph(of: Box<dyn Env>) -> Result<String, String> {
         let graph = TransitionGraph { of, title: String::new() };

@@ -1,9 +1,9 @@
 //! How a gathered value is laid out for a figure: which dimension plays which role.
 
+use ivx_data::{END, ENDS};
 use ivx_op::{Array, Dim, Everything, Facts, Labels, OpError, Wrong};
 
 use super::interval::{Estimate, interval};
-use crate::metric::{END, ENDS};
 
 /// The axis of replications, over which figures show the mean and its interval.
 const SEED: &str = "seed";
@@ -235,7 +235,7 @@ pub(super) mod tests {
     use super::*;
 
     /// A value called `y` over axes of names, with seeds and numbers told by their spelling.
-    pub(in crate::figure) fn value(dims: &[(&str, &[&str])], values: &[f64]) -> Everything<Array> {
+    pub(crate) fn value(dims: &[(&str, &[&str])], values: &[f64]) -> Everything<Array> {
         let dims = dims.iter().map(|(name, labels)| {
             let numbers: Option<Vec<f64>> = labels.iter().map(|l| l.parse().ok()).collect();
             let names = || labels.iter().map(ToString::to_string).collect();
@@ -248,7 +248,7 @@ pub(super) mod tests {
         })
     }
 
-    pub(in crate::figure) fn axes(names: &[&str]) -> ivx_op::AxisNames {
+    pub(crate) fn axes(names: &[&str]) -> ivx_op::AxisNames {
         ivx_op::AxisNames(names.iter().map(ToString::to_string).collect())
     }
 

@@ -127,7 +127,10 @@ pub trait Env: Debug + Send + Sync {
 }
 
 /// The rule that the world `in` pays something, for what learns or reckons values by its rewards.
-pub(crate) fn world_pays(facts: &Facts<'_>) -> Result<(), Wrong> {
+///
+/// # Errors
+/// If it does not.
+pub fn world_pays(facts: &Facts<'_>) -> Result<(), Wrong> {
     match facts.arg::<Box<dyn Env>>("in") {
         Some(world) if !world.pays() => Err(Wrong {
             arg: "in",
@@ -167,7 +170,8 @@ tables! {
 }
 
 /// Values at places, over the dimension `x`.
-pub(crate) fn curve(points: Vec<f64>, values: Vec<f64>) -> Array {
+#[must_use]
+pub fn curve(points: Vec<f64>, values: Vec<f64>) -> Array {
     Array::series(Dim::new("x", Labels::Numbers(points)), values)
 }
 
@@ -181,7 +185,8 @@ fn distribution(what: &str, weights: &[f64]) -> Result<(), OpError> {
 }
 
 /// Adds what this folder declares.
-pub(crate) fn register(registry: Registry) -> Registry {
+#[must_use]
+pub fn register(registry: Registry) -> Registry {
     registry
         .parts(lotteries())
         .parts(beliefs())

@@ -54,7 +54,8 @@ pub use table::Tabulate;
 pub use transition_graph::TransitionGraph;
 
 /// Adds what this folder declares.
-pub(crate) fn register(registry: Registry) -> Registry {
+#[must_use]
+pub fn register(registry: Registry) -> Registry {
     registry
         .op::<Band>()
         .op::<Bars>()

@@ -2,11 +2,11 @@
 
 use ivx_data::{Episode, Rollouts};
 use ivx_op::{Ctx, Figure, One, Op, OpError, declare, shown};
+use ivx_world::{Env, Mdp};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Stroke, Tint};
 use super::page::count;
 use super::render::render;
-use crate::env::{Env, Mdp};
 
 declare! {
     /// Episodes as paths over the cells of a world (Figure 2.6a), from a circle to an arrow. Cells that end an
@@ -124,7 +124,7 @@ fn path(episode: &Episode, by: f64, place: impl Fn(usize) -> (f64, f64)) -> Seri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::GoalWorld;
+    use ivx_world::GoalWorld;
 
     fn paths(walks: &[(&[usize], &[usize])], n_states: usize) -> Result<String, String> {
         let actions = ["UP", "DOWN", "LEFT", "RIGHT"].map(str::to_owned).to_vec();
