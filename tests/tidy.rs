@@ -113,6 +113,7 @@ fn the_operations_that_the_language_needs_are_there() {
         "div",
         "neg",
         "select",
+        "select_range",
         "published",
         "claim",
         "resample",

@@ -176,6 +176,7 @@ fn calls_of<'a>(expr: &'a Expr, op: &str, calls: &mut Vec<&'a Expr>) {
         | ExprKind::Float(_)
         | ExprKind::Str(_)
         | ExprKind::Name(_)
+        | ExprKind::Range { .. }
         | ExprKind::Junk => {}
     }
 }

@@ -233,6 +233,13 @@ pub enum ExprKind {
         /// Axis or dimension, and the label or list of labels.
         at: Vec<(Name, Expr)>,
     },
+    /// `2..10`, `..10` or `2..`, in a selection: the labels from the first on, below the last.
+    Range {
+        /// The first; from the lowest on where there is none.
+        from: Option<Box<Expr>>,
+        /// What all are below; to the highest where there is none.
+        to: Option<Box<Expr>>,
+    },
     /// `task.env`.
     Field {
         /// The record.

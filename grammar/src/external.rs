@@ -78,6 +78,7 @@ fn children<'a>(expr: &'a Expr, todo: &mut Vec<&'a Expr>) {
             todo.push(base);
             todo.extend(at.iter().map(|(_, label)| label));
         }
+        ExprKind::Range { from, to } => todo.extend(from.iter().chain(to).map(|end| &**end)),
         ExprKind::Field { base, .. } => todo.push(base),
         ExprKind::Negate(inner) => todo.push(inner),
         ExprKind::Binary { left, right, .. } => todo.extend([&**left, &**right]),

@@ -107,7 +107,11 @@ fn bounds(op: &str, inputs: &[Bounds]) -> Bounds {
             (0.0, 1.0)
         }
         ("std" | "stderr", _) => (0.0, f64::INFINITY),
-        ("mean" | "median" | "iqm" | "min" | "max" | "quantile" | "select" | "sort", [x, ..]) => *x,
+        (
+            "mean" | "median" | "iqm" | "min" | "max" | "quantile" | "select" | "select_range"
+            | "sort",
+            [x, ..],
+        ) => *x,
         ("neg", [(low, high)]) => (-high, -low),
         ("add", [a, b]) => (a.0 + b.0, a.1 + b.1),
         ("sub", [a, b]) => (a.0 - b.1, a.1 - b.0),

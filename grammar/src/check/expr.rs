@@ -84,6 +84,7 @@ impl<'a> Checker<'a> {
             ExprKind::Name(name) => self.used_name(at, name, expr.span),
             ExprKind::Call { name, args } => self.call(at, name, args, expr.span),
             ExprKind::Select { base, at: selected } => self.select(at, base, selected),
+            ExprKind::Range { .. } => unreachable!("the grammar has ranges in selections only"),
             ExprKind::Record(fields) => self.record(at, fields, expr.span),
             ExprKind::Field { base, name } => self.field(at, base, name),
             ExprKind::Match { axis, arms } => self.matching(at, axis, arms, expr.span),

@@ -6,6 +6,7 @@ use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
 use super::expr::At;
+use super::range::{Ends, Selected};
 use super::value::{Val, fold};
 use crate::ast::{self, Name};
 use crate::ir::{AxisId, Coord, Desc, Expr, ExprId, ExprKind, Feed};
@@ -34,21 +35,27 @@ impl<'a> Checker<'a> {
                 (self.spec.expr(*id).axes.clone(), self.spec.expr(*id).dims.clone())
             }
         };
-        let Val::Desc(Desc::Lit(label_lit), _) = self.known_before_at(at, label) else {
-            return Val::Poison;
-        };
+        let Some(labels) = self.selected(at, label) else { return Val::Poison };
         if !self.distinct(&axes, name.span) {
             return Val::Poison;
         }
         if name.value.is_empty() {
-            return self.unnamed((&axes, &dims), &label_lit, label.span);
+            return self.unnamed((&axes, &dims), &labels, label.span);
         }
         let named = self.named(at, &name.value, name.span);
         if let Some(axis) = self.among(axes.iter().copied(), named) {
-            return self.select_axis(value, axis, &label_lit, label.span);
+            return match labels {
+                Selected::These(labels) => self.select_axis(value, axis, &labels, label.span),
+                Selected::Between(ends) => self.restrict_to(value, axis, ends, label.span),
+            };
         }
         if let (Val::Artifact(id), true) = (&value, dims.iter().any(|dim| dim == named.name)) {
-            return self.select_dim(at, *id, named.name, &label_lit, label.span);
+            return match labels {
+                Selected::These(labels) => {
+                    self.select_dim(at, *id, named.name, &labels, label.span)
+                }
+                Selected::Between(ends) => self.select_range(at, *id, named.name, ends, label.span),
+            };
         }
         let message = format!("this does not vary over `{}`", name.value);
         let fault = (message, "no such axis or dimension");
@@ -60,9 +67,14 @@ impl<'a> Checker<'a> {
     fn unnamed(
         &mut self,
         (axes, dims): (&BTreeSet<AxisId>, &[String]),
-        label: &Lit,
+        selected: &Selected,
         span: Span,
     ) -> Val {
+        let label = match selected {
+            Selected::These(label) => label.clone(),
+            Selected::Between(Ends { from, to }) => Lit::Real(from.or(*to).unwrap_or_default()),
+        };
+        let label = &label;
         let known: Vec<String> = self.names(axes).into_iter().chain(dims.iter().cloned()).collect();
         let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
         let has = |axis: &&AxisId| {
@@ -181,7 +193,13 @@ impl<'a> Checker<'a> {
     }
 
     /// Some coordinates of an axis.
-    fn restrict(&mut self, value: Val, axis: AxisId, places: Vec<usize>, span: Span) -> Val {
+    pub(super) fn restrict(
+        &mut self,
+        value: Val,
+        axis: AxisId,
+        places: Vec<usize>,
+        span: Span,
+    ) -> Val {
         let kept = Kept { axis, restricted: self.restricted_axis(axis, &places), places };
         match value {
             Val::Desc(desc, ty) => Val::Desc(self.restrict_desc(&desc, &kept, span), ty),
@@ -225,7 +243,14 @@ impl<'a> Checker<'a> {
     }
 
     /// Coordinates of a dimension inside the value; which there are is known when it is computed.
-    fn select_dim(&mut self, at: &At, id: ExprId, dim: &str, label: &Lit, span: Span) -> Val {
+    pub(super) fn select_dim(
+        &mut self,
+        at: &At,
+        id: ExprId,
+        dim: &str,
+        label: &Lit,
+        span: Span,
+    ) -> Val {
         if self.spec.expr(id).artifact != Array::KIND {
             let message = format!("`{dim}` lies inside a {}", self.spec.expr(id).artifact);
             return self.fault(Diagnostic::new(Code::Kind, span, message, "cannot be selected"));
@@ -262,7 +287,7 @@ impl<'a> Checker<'a> {
         selected
     }
 
-    fn known_before_at(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
+    pub(super) fn known_before_at(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
         match self.expr(at, expr) {
             Val::Desc(desc, ty) if desc.axes().is_empty() && !desc.holds() => {
                 let scalar = |ty: &Ty| matches!(ty, Ty::Int | Ty::Float | Ty::Str | Ty::Bool);

@@ -168,7 +168,7 @@ fn settle_commas(tokens: &mut [Token<'_>]) {
 pub(super) fn spaced(before: (Kind, &str), after: (Kind, &str)) -> bool {
     match (before, after) {
         ((Kind::Open, "{"), (_, after)) => after != "}",
-        (_, (Kind::Close, "}")) => true,
+        (_, (Kind::Close, "}")) | ((Kind::Colon, _), (Kind::Joint, "..")) => true,
         (_, (Kind::Comma | Kind::Close | Kind::Joint | Kind::Angle | Kind::Colon, _))
         | ((Kind::Open | Kind::Joint | Kind::Minus | Kind::Angle, "(" | "[" | "." | ".." | "-" | "<"), _)
         // A call or a selection.

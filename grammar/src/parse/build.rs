@@ -237,12 +237,25 @@ impl<'d> Build<'d> {
         Expr { kind: ExprKind::Select { base, at }, span }
     }
 
-    /// The axis and the label of a selection; an empty name, reported by the checker, if it has none.
+    /// The axis and the labels of a selection; an empty name, reported by the checker, if it has none.
     fn selected(&mut self, pair: Pair<'_>, depth: usize) -> (Name, Expr) {
-        match self.arg(pair, depth) {
-            (Some(name), label) => (name, label),
-            (None, label) => (Name { value: String::new(), span: label.span }, label),
-        }
+        let mut parts = Parts::of(pair).peekable();
+        let name = parts.next_if(|part| part.as_rule() == Rule::name).map(|name| self.name(&name));
+        let from = parts.next_if(|part| part.as_rule() == Rule::expr);
+        let from = from.map(|from| self.expr(from, depth));
+        let label = match (parts.next(), from) {
+            (Some(dots), from) => {
+                let dots = self.token(&dots);
+                let to = parts.next().map(|to| self.expr(to, depth));
+                let start = from.as_ref().map_or(dots, |from| from.span);
+                let span = start.to(to.as_ref().map_or(dots, |to| to.span));
+                let (from, to) = (from.map(Box::new), to.map(Box::new));
+                Expr { kind: ExprKind::Range { from, to }, span }
+            }
+            (None, from) => from.expect("the grammar has a label here"),
+        };
+        let name = name.unwrap_or(Name { value: String::new(), span: label.span });
+        (name, label)
     }
 
     /// A literal number, with the minus before it.

@@ -339,7 +339,7 @@ fn phrase(rule: Rule) -> Option<(u8, &'static str)> {
         Rule::colon => (4, "`:`"),
         Rule::from_word => (4, "`from`"),
         Rule::lbrace | Rule::labelled => (5, "`{`"),
-        Rule::dots => (10, "`..`"),
+        Rule::dots | Rule::between => (10, "`..`"),
         Rule::operator | Rule::arith | Rule::compare => (11, "an operator"),
         Rule::as_word => (11, "`as`"),
         Rule::within | Rule::within_word => (11, "`within`"),

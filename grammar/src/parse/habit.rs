@@ -389,7 +389,9 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
             );
         }
         ".." if bracket == "[" => {
-            return habit(here, "labels are listed", "write `[5, 10]`, each label that is meant");
+            let help =
+                "list each: `[5, 10]`; in a selection a range stands alone, as in `x[n: 5..10]`";
+            return habit(here, "a list has no ranges", help);
         }
         ".." => {
             return habit(
@@ -401,8 +403,8 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
         ":" if bracket == "[" => {
             return habit(
                 here,
-                "there are no slices",
-                "list the labels that are meant: `x[n: [5, 10]]`",
+                "a range is written with two points",
+                "write `x[n: 5..10]`, or list the labels that are meant: `x[n: [5, 10]]`",
             );
         }
         "\\" => {

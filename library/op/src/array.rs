@@ -117,6 +117,23 @@ impl Array {
         Self { dims: vec![dim], values }
     }
 
+    /// The numbers at some places of a dimension, in the order of the places.
+    ///
+    /// # Panics
+    /// If there is no such dimension or place.
+    #[must_use]
+    pub fn picked(&self, d: usize, places: &[usize]) -> Self {
+        // The values are blocks of `n` rows of `inner` values; none if another dimension is empty.
+        let (n, inner) = (self.dims[d].len(), self.strides()[d]);
+        let rows = self.values.chunks((n * inner).max(1)).flat_map(|block| {
+            places.iter().flat_map(|&i| block[i * inner..(i + 1) * inner].iter().copied())
+        });
+        let values = rows.collect();
+        let mut dims = self.dims.clone();
+        dims[d].labels = dims[d].labels.pick(places);
+        Self { dims, values }
+    }
+
     /// The arrays side by side: the gathered axes outermost, then the dimensions they share.
     ///
     /// # Errors

@@ -20,6 +20,7 @@ mod relation;
 mod resample;
 mod rmse;
 mod select;
+mod select_range;
 mod sort;
 mod stratified;
 
@@ -43,6 +44,7 @@ pub use reduce::{Iqm, Max, Mean, Median, Min, Share, Std, Stderr, Sum};
 pub use resample::Resample;
 pub use rmse::Rmse;
 pub use select::Select;
+pub use select_range::SelectRange;
 pub use sort::Sort;
 pub use stratified::Stratified;
 
@@ -79,6 +81,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Equal>()
         .op::<Unequal>()
         .op::<Select>()
+        .op::<SelectRange>()
         .op::<Field>()
         .op::<PublishedNumbers>()
         .op::<Regret>()

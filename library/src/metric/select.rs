@@ -18,25 +18,15 @@ declare! {
 
 impl Op for Select {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let Array { dims, values } = &self.x.0;
         let missing = || OpError::Failed(format!("there is no dimension `{}`", self.dim));
         let d = self.x.dim(&self.dim).ok_or_else(missing)?;
         let places = self.places(d)?;
 
-        // The values are `outer` blocks of `n` rows of `inner` values; none if another
-        // dimension is empty.
-        let (n, inner) = (dims[d].len(), self.x.strides()[d]);
-        let rows = values.chunks((n * inner).max(1)).flat_map(|block| {
-            places.iter().flat_map(|&i| block[i * inner..(i + 1) * inner].iter().copied())
-        });
-        let values = rows.collect();
-        let mut dims = dims.clone();
+        let mut picked = self.x.picked(d, &places);
         if places.len() == 1 && !self.keep {
-            dims.remove(d);
-        } else {
-            dims[d].labels = dims[d].labels.pick(&places);
+            picked.dims.remove(d);
         }
-        Ok(Array { dims, values })
+        Ok(picked)
     }
 }
 

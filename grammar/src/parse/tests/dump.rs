@@ -108,6 +108,10 @@ fn expr(e: &Expr) -> String {
             format!("(match {}{})", expr(axis), joined(arms))
         }
         ExprKind::Select { base, at } => format!("(at {}{})", expr(base), named(at)),
+        ExprKind::Range { from, to } => {
+            let end = |end: &Option<Box<Expr>>| end.as_deref().map_or_else(String::new, expr);
+            format!("{}..{}", end(from), end(to))
+        }
         ExprKind::Field { base, name } => format!("{}.{}", expr(base), name.value),
         ExprKind::Negate(inner) => format!("(- {})", expr(inner)),
         ExprKind::Binary { op, left, right } => {
