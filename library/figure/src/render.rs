@@ -189,8 +189,18 @@ fn stroke(a: f64, b: f64, c: f64, d: f64) -> String {
 }
 
 pub(super) fn text(x: f64, y: f64, size: f64, anchor: &str, text: &str) -> String {
+    inked((x, y), (size, INK), anchor, text)
+}
+
+/// Text of a size and a colour.
+pub(super) fn inked(
+    (x, y): (f64, f64),
+    (size, ink): (f64, &str),
+    anchor: &str,
+    text: &str,
+) -> String {
     format!(
-        r#"<text x="{}" y="{}" font-size="{size}" fill="{INK}" text-anchor="{anchor}">{}</text>"#,
+        r#"<text x="{}" y="{}" font-size="{size}" fill="{ink}" text-anchor="{anchor}">{}</text>"#,
         px(x),
         px(y),
         escape(text)

@@ -2,7 +2,8 @@
 
 use super::drawing::{Form, Tint};
 use super::marks::Panel;
-use super::text::{escape, px};
+use super::render::inked;
+use super::text::px;
 
 /// The size of the text in and beside shapes.
 const TEXT: f64 = 10.0;
@@ -39,7 +40,7 @@ pub(super) fn shape(
         ),
     }];
     if !text.is_empty() {
-        out.push(written((x, y + 3.5), ink, text));
+        out.push(inked((x, y + 3.5), (TEXT, ink), "middle", text));
     }
     out
 }
@@ -87,18 +88,9 @@ pub(super) fn arrow(
     ];
     if !text.is_empty() {
         let place = (middle.0 + 10.0 * left_x, middle.1 + 10.0 * left_y + 3.5);
-        out.push(written(place, "#222222", text));
+        out.push(inked(place, (TEXT, "#222222"), "middle", text));
     }
     out
-}
-
-fn written((x, y): (f64, f64), ink: &str, text: &str) -> String {
-    format!(
-        r#"<text x="{}" y="{}" font-size="{TEXT}" fill="{ink}" text-anchor="middle">{}</text>"#,
-        px(x),
-        px(y),
-        escape(text)
-    )
 }
 
 #[cfg(test)]

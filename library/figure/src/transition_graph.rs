@@ -42,11 +42,11 @@ impl Op for TransitionGraph {
         let mdp = self.of.mdp()?;
         let n = mdp.n_states();
         let columns = self.of.columns().unwrap_or(n);
-        let leads = |pair: usize| if mdp.terminal[pair / mdp.n_actions()] { 0.0 } else { 1.0 };
-        let arrows = mdp.transitions.chunks(n).enumerate();
-        let arrows = arrows
-            .map(|(pair, next)| leads(pair) * count(next.iter().filter(|p| **p > 0.0).count()));
-        if columns > ROW || arrows.sum::<f64>() > count(MOST) {
+        let acted = |pair: usize| !mdp.terminal[pair / mdp.n_actions()];
+        let follow = mdp.transitions.chunks(n).enumerate().filter(|(pair, _)| acted(*pair));
+        let n_arrows: usize =
+            follow.map(|(_, next)| next.iter().filter(|p| **p > 0.0).count()).sum();
+        if columns > ROW || n_arrows > MOST {
             return Err(OpError::Failed(format!(
                 "{n} states with {} actions each are too many for a graph that can be read: show \
                  what is said of them as a `heatmap`",
@@ -113,9 +113,9 @@ fn action(
     let pays = mdp.reward(state, action);
     let pays = if pays == 0.0 { String::new() } else { format!(": {}", shown(pays)) };
     let text = format!("{}{pays}", mdp.actions[action]).replace('-', "−");
-    let outside = (at.0 - from.0, at.1 - from.1);
-    let below = outside.1 < 0.0;
-    marks.push(Mark::Text(at.0, at.1 + if below { -0.55 } else { 0.1 }, text));
+    // Outside of the circle that the actions of a state are on.
+    let up = if at.1 < from.1 { -0.55 } else { 0.1 };
+    marks.push(Mark::Text(at.0, at.1 + up, text));
     marks
 }
 
@@ -146,8 +146,8 @@ fn beside(
         let mut angle = turned(action);
         let is_free =
             |angle: f64| taken.iter().all(|other| near(*other, angle).abs() > apart * 0.99);
-        let n_tries = mdp.n_actions();
-        for _ in 0..n_tries {
+        // As often as there are actions, since more places than these are never taken.
+        for _ in 0..mdp.n_actions() {
             if is_free(angle) {
                 break;
             }
