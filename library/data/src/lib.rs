@@ -1,5 +1,6 @@
 //! What operations hand to each other: data, episodes, decisions and beliefs.
 
+mod columns;
 mod dataset;
 mod decision;
 pub mod form;
@@ -8,6 +9,7 @@ mod outputs;
 mod posterior;
 mod rollouts;
 
+pub use columns::{Columns, Field, Kind, Values};
 pub use dataset::{Dataset, Form};
 pub use decision::Decision;
 pub use misfit::{Misfit, sizes_told};

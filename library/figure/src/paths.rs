@@ -2,7 +2,7 @@
 
 use ivx_data::{Episode, Rollouts};
 use ivx_op::{Ctx, Figure, One, Op, OpError, declare, shown};
-use ivx_world::{Env, Mdp};
+use ivx_world::{Env, Finite, Mdp, world_is_finite};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Stroke, Tint};
 use super::page::count;
@@ -21,6 +21,7 @@ declare! {
         /// Above the cells.
         title: String = "";
     }
+    rule world_is_finite;
 }
 
 /// More cells than these cannot be told apart.
@@ -31,9 +32,9 @@ const ROOM: usize = 20;
 
 impl Op for Paths {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let n = mdp.n_states();
-        let columns = self.r#in.columns().unwrap_or(n);
+        let columns = self.r#in.finite().and_then(Finite::columns).unwrap_or(n);
         self.fits(&mdp, columns)?;
         let rows = n.div_ceil(columns);
         let place = |s: usize| (count(s % columns), count(rows - 1 - s / columns));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use ivx_op::{Ctx, Figure, Op, OpError, declare, shown};
-use ivx_world::{Env, Mdp};
+use ivx_world::{Env, Finite, Mdp, of_is_finite};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Tint};
 use super::page::count;
@@ -20,6 +20,7 @@ declare! {
         /// Above the graph.
         title: String = "";
     }
+    rule of_is_finite;
 }
 
 /// More arrows than these cannot be told apart.
@@ -39,9 +40,9 @@ const OFF: f64 = 1.1;
 
 impl Op for TransitionGraph {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
-        let mdp = self.of.mdp()?;
+        let mdp = ivx_world::mdp(&*self.of)?;
         let n = mdp.n_states();
-        let columns = self.of.columns().unwrap_or(n);
+        let columns = self.of.finite().and_then(Finite::columns).unwrap_or(n);
         let acted = |pair: usize| !mdp.terminal[pair / mdp.n_actions()];
         let follow = mdp.transitions.chunks(n).enumerate().filter(|(pair, _)| acted(*pair));
         let n_arrows: usize =

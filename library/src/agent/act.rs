@@ -4,7 +4,7 @@ use ivx_data::{Dataset, Episode, Form, Rollouts};
 use ivx_math::moments::real;
 use ivx_math::policy::pick;
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Shapes, declare};
-use ivx_world::{Env, Mdp};
+use ivx_world::{Env, Mdp, world_is_finite};
 use rand::RngExt as _;
 
 declare! {
@@ -24,17 +24,18 @@ declare! {
         /// Tells apart draws that must differ on one seed, such as training and test data.
         stream: String = "main";
     }
+    rule world_is_finite;
     shapes of_env;
 }
 
 fn of_env(facts: &Facts<'_>) -> Option<Shapes> {
-    let mdp = facts.arg::<Box<dyn Env>>("in")?.mdp().ok()?;
+    let mdp = facts.arg::<Box<dyn Env>>("in")?.finite()?.mdp().ok()?;
     Some(form(mdp.n_states(), mdp.n_actions()).shapes())
 }
 
 impl Op for Act {
     fn run(&self, ctx: &Ctx) -> Result<Rollouts, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let policy = mdp.policy(&self.policy)?;
         let mut episodes = Vec::new();
         for i in 0..self.episodes {
@@ -180,7 +181,7 @@ mod tests {
     }
 
     fn episodes(right: f64, episodes: usize, limit: usize) -> Rollouts {
-        let dims = chain().mdp().unwrap().pairs();
+        let dims = ivx_world::mdp(&*chain()).unwrap().pairs();
         let policy = One(Array { dims, values: [1.0 - right, right].repeat(4) });
         let stream = "main".to_owned();
         Act { policy, r#in: chain(), episodes, limit, stream }.run(&CTX).unwrap()
@@ -236,7 +237,7 @@ mod tests {
     #[test]
     fn mean_returns_are_the_values() {
         let r#in = || Box::new(GoalWorld { size: 3, goal: vec![0, 0], trap: vec![2, 2] });
-        let mdp = r#in().mdp().unwrap();
+        let mdp = ivx_world::mdp(&*r#in()).unwrap();
         let policy = || One(Array { dims: mdp.pairs(), values: vec![0.25; 36] });
         let q = super::super::PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };
         let q = q.run(&CTX).unwrap().values;

@@ -6,7 +6,7 @@ use ivx_data::form::{failed, told, wrong};
 use ivx_math::policy::boltzmann;
 use ivx_nn::Model;
 use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
-use ivx_world::Env;
+use ivx_world::{Env, world_is_finite};
 
 use super::act::form;
 
@@ -22,7 +22,8 @@ declare! {
 }
 
 fn model_of_env(facts: &Facts<'_>) -> Result<(), Wrong> {
-    let env = facts.arg::<Box<dyn Env>>("in").and_then(|env| env.mdp().ok());
+    world_is_finite(facts)?;
+    let env = facts.arg::<Box<dyn Env>>("in").and_then(|env| ivx_world::mdp(&*env).ok());
     match (env, facts.shapes("model").and_then(Form::of)) {
         (Some(mdp), Some(model)) => {
             fits(&model, &form(mdp.n_states(), mdp.n_actions())).map_err(wrong("model"))
@@ -41,7 +42,7 @@ fn fits(model: &Form, env: &Form) -> Result<(), Misfit> {
 
 impl Op for ClonedPolicy {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let (n_states, n_actions) = (mdp.n_states(), mdp.n_actions());
         fits(&self.model.form(), &form(n_states, n_actions)).map_err(failed)?;
         let mut states = vec![0.0; n_states * n_states];

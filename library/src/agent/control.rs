@@ -87,7 +87,7 @@ declare! {
 
 impl Op for Control {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let n = mdp.n_actions();
         let mut q = vec![0.0; mdp.rewards.len()];
         let policy = |q: &[f64], s: usize| greedy_policy(&q[s * n..][..n], n, self.epsilon);
@@ -137,7 +137,7 @@ mod tests {
 
     /// What the policy is worth, averaged over where episodes start.
     fn worth(policy: &[f64]) -> f64 {
-        let mdp = world().mdp().unwrap();
+        let mdp = ivx_world::mdp(&*world()).unwrap();
         let dims = mdp.pairs();
         let given = One(Array { dims, values: policy.to_vec() });
         let q = PolicyValues { policy: given, r#in: world(), discount: 0.9 }.run(&CTX).unwrap();

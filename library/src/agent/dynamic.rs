@@ -23,7 +23,7 @@ declare! {
 
 impl Op for ValueIteration {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let model = mdp.model();
         let values = settled(&model, self.discount, |q| highest_values(&model, q))?;
         Ok(Array { dims: mdp.pairs(), values })
@@ -46,7 +46,7 @@ declare! {
 
 impl Op for PolicyValues {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let policy = mdp.policy(&self.policy)?;
         let model = mdp.model();
         let values = settled(&model, self.discount, |q| expected_values(&model, policy, q))?;
@@ -102,7 +102,7 @@ mod tests {
         // From the middle of three cells, evenly: v = ½·1 + ½γ v_0 and v_0 = ½γ v + ½γ v_0, with γ = ½:
         // v_0 = v/3, so v = ½ + v/12 = 6/11.
         let r#in = || Box::new(Chain { cells: 3, slip: 0.0, goal: true });
-        let mdp = r#in().mdp().unwrap();
+        let mdp = ivx_world::mdp(&*r#in()).unwrap();
         let policy = One(Array { dims: mdp.pairs(), values: vec![0.5; 6] });
         let q = PolicyValues { policy, r#in: r#in(), discount: 0.5 }.run(&CTX).unwrap();
         let expected = [1.0 / 11.0, 3.0 / 11.0, 1.0 / 11.0, 1.0, 0.0, 0.0];
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn the_goal_is_worth_a_discount_a_step() {
         let r#in = Box::new(GoalWorld { size: 3, goal: vec![0, 0], trap: vec![1, 1] });
-        let mdp = r#in.mdp().unwrap();
+        let mdp = ivx_world::mdp(&*r#in).unwrap();
         let q = ValueIteration { r#in, discount: 0.5 }.run(&CTX).unwrap();
         let v = highest_values(&mdp.model(), &q.values);
         assert_eq!(v, [0.0, 1.0, 0.5, 1.0, 0.0, 0.25, 0.5, 0.25, 0.125]);

@@ -123,7 +123,7 @@ mod tests {
     use super::super::{Act, PolicyValues};
     use super::*;
     use ivx_math::bellman::expected_values;
-    use ivx_world::{Chain, Env as _};
+    use ivx_world::Chain;
 
     const REWARDS: [f64; 3] = [1.0, 0.0, 2.0];
     const VALUES: [f64; 4] = [9.0, 9.0, 8.0, 4.0];
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn every_estimator_finds_the_values_of_a_random_walk() {
         let r#in = || Box::new(Chain { cells: 5, slip: 0.1, goal: true });
-        let mdp = r#in().mdp().unwrap();
+        let mdp = ivx_world::mdp(&*r#in()).unwrap();
         let policy = || One(Array { dims: mdp.pairs(), values: vec![0.5; 10] });
         let ctx = Ctx::new("act", 0, None);
         let q = PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };

@@ -4,7 +4,7 @@ use ivx_math::moments::real;
 use ivx_math::order::argmax;
 use ivx_math::policy::boltzmann;
 use ivx_op::{Array, Ctx, One, Op, OpError, declare};
-use ivx_world::Env;
+use ivx_world::{Env, world_is_finite};
 
 declare! {
     /// The policy of a random agent: every action is equally probable.
@@ -12,11 +12,12 @@ declare! {
         /// The environment.
         r#in: Box<dyn Env>;
     }
+    rule world_is_finite;
 }
 
 impl Op for UniformPolicy {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let values = vec![1.0 / real(mdp.n_actions()); mdp.rewards.len()];
         Ok(Array { dims: mdp.pairs(), values })
     }

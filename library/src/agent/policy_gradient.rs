@@ -92,7 +92,7 @@ declare! {
 
 impl Op for PolicyGradient {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let n = mdp.n_actions();
         let mut theta = vec![0.0; mdp.rewards.len()];
         let mut policy = vec![1.0 / real(n); theta.len()];
@@ -153,7 +153,7 @@ mod tests {
 
     /// What a policy is worth, averaged over where episodes start.
     fn worth(policy: &[f64]) -> f64 {
-        let mdp = world().mdp().unwrap();
+        let mdp = ivx_world::mdp(&*world()).unwrap();
         let given = One(Array { dims: mdp.pairs(), values: policy.to_vec() });
         let q = PolicyValues { policy: given, r#in: world(), discount: 0.9 }.run(&CTX).unwrap();
         let v = expected_values(&mdp.model(), policy, &q.values);

@@ -2,7 +2,7 @@
 
 use ivx_math::markov_chain::{hits, induced, occupancy};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
-use ivx_world::Env;
+use ivx_world::{Env, world_is_finite};
 
 declare! {
     /// How probably a policy is in a state after each number of steps from another on, by the Markov chain that it
@@ -21,11 +21,12 @@ declare! {
         /// Whether to have been there counts, and not only to be there.
         ever: bool = false;
     }
+    rule world_is_finite;
 }
 
 impl Op for Reach {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.r#in.mdp()?;
+        let mdp = ivx_world::mdp(&*self.r#in)?;
         let n_states = mdp.n_states();
         if let Some(state) = [self.from, self.to].into_iter().find(|state| *state >= n_states) {
             return Err(OpError::Failed(format!("there is no state {state} among {n_states}")));

@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn expected_sarsa_finds_the_values_of_the_policy() {
-        let mdp = chain().mdp().unwrap();
+        let mdp = ivx_world::mdp(&*chain()).unwrap();
         let truth = PolicyValues { policy: even(), r#in: chain(), discount: 0.9 };
         let truth = truth.run(&CTX).unwrap().values;
         let apart = |epochs| {

@@ -9,7 +9,7 @@ use ivx_math::mpv::{
 };
 use ivx_math::order::{argmax, rescaled};
 use ivx_math::returns::Path;
-use ivx_world::{Chain, Env as _};
+use ivx_world::{Chain, Finite as _};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check_kind, number, numbers};

@@ -5,7 +5,7 @@ use ivx_math::markov_chain::{hits, induced, occupancy};
 use ivx_math::moments::real;
 use ivx_math::tabular::{Transition, most_likely, transition_counts};
 use ivx_nn::{Graph, Params};
-use ivx_world::{Env as _, Gridworld};
+use ivx_world::{Finite as _, Gridworld};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, number, numbers, rows, text};

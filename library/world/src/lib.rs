@@ -2,23 +2,23 @@
 
 mod belief;
 mod boxes;
-mod chain;
 mod copy;
+mod env;
 mod examples;
+mod finite;
 mod glyphs;
-mod goal_world;
 mod grid;
 mod grids;
-mod gridworld;
 mod interval;
 mod intervals;
 mod lottery;
-mod mdp;
+mod luck;
 mod observe;
 mod reward_at;
 mod sample;
 mod sinusoids;
 mod support_distance;
+mod twister;
 
 use std::fmt::Debug;
 use std::sync::LazyLock;
@@ -29,18 +29,19 @@ use rand_chacha::ChaCha8Rng;
 
 pub use belief::BeliefOver;
 pub use boxes::Boxes;
-pub use chain::Chain;
 pub use copy::Copying;
+pub use env::{Act, Actions, End, Env, Row, Spec, World};
 pub use examples::Examples;
+pub use finite::{
+    Chain, Finite, GoalWorld, Gridworld, Mdp, Transitions, mdp, of_is_finite, world_is_finite,
+};
 pub use glyphs::Glyphs;
-pub use goal_world::GoalWorld;
 pub use grid::Grid;
 pub use grids::Grids;
-pub use gridworld::Gridworld;
 pub use interval::Interval;
 pub use intervals::Intervals;
 pub use lottery::Discrete;
-pub use mdp::{Mdp, Transitions};
+pub use luck::Luck;
 pub use observe::Observe;
 pub use reward_at::RewardAt;
 pub use sample::Sample;
@@ -107,30 +108,13 @@ pub trait Task: Debug + Send + Sync {
     fn draw(&self, rng: &mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>);
 }
 
-/// An environment that an agent acts in, step by step.
-pub trait Env: Debug + Send + Sync {
-    /// What it does.
-    ///
-    /// # Errors
-    /// If the description is no environment.
-    fn mdp(&self) -> Result<Mdp, OpError>;
-
-    /// How many cells a row has, where states are cells of a grid, row after row from the top.
-    fn columns(&self) -> Option<usize> {
-        None
-    }
-
-    /// Whether it ever pays anything: without, there is nothing to be learned from its rewards.
-    fn pays(&self) -> bool {
-        true
-    }
-}
-
-/// The rule that the world `in` pays something, for what learns or reckons values by its rewards.
+/// The rule that the world `in` is a table of states and pays something, for what learns or reckons values by its
+/// rewards.
 ///
 /// # Errors
-/// If it does not.
+/// If it is or does not.
 pub fn world_pays(facts: &Facts<'_>) -> Result<(), Wrong> {
+    world_is_finite(facts)?;
     match facts.arg::<Box<dyn Env>>("in") {
         Some(world) if !world.pays() => Err(Wrong {
             arg: "in",

@@ -2,7 +2,7 @@
 
 use ivx_op::{OpError, declare};
 
-use super::{Env, Mdp};
+use super::{Finite, Mdp};
 
 declare! {
     /// An empty square of cells (§C.1.1): nothing is paid, and no episode ends by itself. Moves go north, west,
@@ -18,7 +18,7 @@ declare! {
     }
 }
 
-impl Env for Gridworld {
+impl Finite for Gridworld {
     fn columns(&self) -> Option<usize> {
         Some(self.size)
     }

@@ -2,7 +2,7 @@
 
 use ivx_op::{Facts, OpError, Wrong, declare};
 
-use super::{Env, Mdp};
+use super::{Finite, Mdp};
 
 declare! {
     /// A square of cells with a goal and a trap (Example 2.4). Moves are certain, and walls hold back.
@@ -20,7 +20,7 @@ declare! {
     rule places_are_cells;
 }
 
-impl Env for GoalWorld {
+impl Finite for GoalWorld {
     fn columns(&self) -> Option<usize> {
         Some(self.size)
     }

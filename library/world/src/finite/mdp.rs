@@ -4,7 +4,8 @@ use ivx_math::bellman::Model;
 use ivx_math::moments::real;
 use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare};
 
-use super::Env;
+use super::of_is_finite;
+use crate::Env;
 
 /// A finite Markov decision process (Eqn. 2.27), whose rewards are known where an action is taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,11 +137,12 @@ declare! {
         /// The environment.
         of: Box<dyn Env>;
     }
+    rule of_is_finite;
 }
 
 impl Op for Transitions {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let mdp = self.of.mdp()?;
+        let mdp = super::mdp(&*self.of)?;
         let mut dims = mdp.pairs();
         dims.push(Dim { name: "next".to_owned(), ..mdp.states() });
         Ok(Array { dims, values: mdp.transitions })
@@ -149,7 +151,7 @@ impl Op for Transitions {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Chain;
+    use super::super::{Chain, Finite as _};
     use super::*;
 
     #[test]

@@ -2,7 +2,7 @@
 
 use ivx_op::{OpError, declare};
 
-use super::{Env, Mdp};
+use super::{Finite, Mdp};
 
 declare! {
     /// A row of cells to walk along (Examples 2.5 and 2.6). RIGHT moves one cell, LEFT may slip and stay.
@@ -19,7 +19,7 @@ declare! {
     }
 }
 
-impl Env for Chain {
+impl Finite for Chain {
     fn mdp(&self) -> Result<Mdp, OpError> {
         let mut entered = vec![None; self.cells];
         if self.goal {

@@ -1,0 +1,181 @@
+//! Worlds that agents act in, step by step.
+
+use std::fmt::Debug;
+
+use ivx_data::{Columns, Field, Misfit, Values};
+use ivx_op::OpError;
+
+use crate::finite::Finite;
+use crate::luck::Luck;
+
+/// What a world shows and takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spec {
+    /// What is seen of it at each step.
+    pub sees: Vec<Field>,
+    /// What can be done in it.
+    pub does: Actions,
+    /// What it tells of each step besides, which nobody acts on: such as coins or infractions.
+    pub tells: Vec<String>,
+    /// After how many steps an episode is cut off, if it is.
+    pub limit: Option<u64>,
+}
+
+/// The actions of a world.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Actions {
+    /// One of these.
+    Discrete(Vec<String>),
+    /// A vector between bounds.
+    Continuous {
+        /// The least of each number.
+        low: Vec<f32>,
+        /// The most of each.
+        high: Vec<f32>,
+    },
+}
+
+impl Actions {
+    /// Actions by their names.
+    #[must_use]
+    pub fn named(names: &[&str]) -> Self {
+        Self::Discrete(names.iter().map(|name| (*name).to_owned()).collect())
+    }
+}
+
+/// One action.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Act<'a> {
+    /// The place of one among those that there are.
+    Index(usize),
+    /// A vector.
+    Vector(&'a [f32]),
+}
+
+impl<'a> Act<'a> {
+    /// The place of a discrete action.
+    ///
+    /// # Panics
+    /// If it is a vector.
+    #[must_use]
+    pub fn index(self) -> usize {
+        let Self::Index(place) = self else { panic!("the action of a discrete world is a place") };
+        place
+    }
+
+    /// A continuous action.
+    ///
+    /// # Panics
+    /// If it is a place.
+    #[must_use]
+    pub fn vector(self) -> &'a [f32] {
+        let Self::Vector(vector) = self else { panic!("that of a continuous world is a vector") };
+        vector
+    }
+}
+
+/// Whether an episode is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It goes on.
+    No,
+    /// Nothing follows: no reward is to be had from here on.
+    Terminal,
+    /// It was cut off: what would follow is unknown, and worth what it would be.
+    Limit,
+}
+
+/// Where a world writes what is seen: one row of columns. It must write all that it shows.
+#[derive(Debug)]
+pub struct Row<'a> {
+    seen: &'a mut Columns,
+    told: &'a mut [f32],
+    at: usize,
+}
+
+impl<'a> Row<'a> {
+    /// Row `at` of `seen`, and as many numbers as the world tells.
+    #[must_use]
+    pub fn of(seen: &'a mut Columns, at: usize, told: &'a mut [f32]) -> Self {
+        Self { seen, told, at }
+    }
+
+    /// The numbers of a field that has them in single precision.
+    ///
+    /// # Panics
+    /// If it has not.
+    pub fn numbers(&mut self, field: usize) -> &mut [f32] {
+        let at = self.at;
+        let (Values::F32(values), width) = self.seen.values_mut(field) else {
+            panic!("a field of numbers")
+        };
+        &mut values[at * width..][..width]
+    }
+
+    /// The bytes of a field that has such.
+    ///
+    /// # Panics
+    /// If it has not.
+    pub fn bytes(&mut self, field: usize) -> &mut [u8] {
+        let at = self.at;
+        let (Values::U8(values), width) = self.seen.values_mut(field) else {
+            panic!("a field of bytes")
+        };
+        &mut values[at * width..][..width]
+    }
+
+    /// Writes a field that is one of so many.
+    ///
+    /// # Panics
+    /// If it is not.
+    pub fn index(&mut self, field: usize, place: usize) {
+        let (Values::Index(values), 1) = self.seen.values_mut(field) else {
+            panic!("a field that is one of so many")
+        };
+        values[self.at] = u32::try_from(place).expect("far fewer");
+    }
+
+    /// What the world tells besides: one number for each name in [`Spec::tells`].
+    pub fn told(&mut self) -> &mut [f32] {
+        self.told
+    }
+}
+
+/// A world that goes on step by step.
+///
+/// After [`World::reset`] it depends on nothing that was before: so an episode is known by its luck and its actions.
+pub trait World: Send {
+    /// Starts an episode.
+    fn reset(&mut self, luck: &mut Luck, row: &mut Row<'_>);
+
+    /// Takes an action: what it pays, and whether the episode is over. What is written is what is seen after it, of
+    /// an episode that is over too.
+    ///
+    /// The limit of [`Spec`] is counted by whoever steps it.
+    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f32, End);
+}
+
+/// An environment, as a spec names it.
+pub trait Env: Debug + Send + Sync {
+    /// What its worlds show and take, before there is one.
+    ///
+    /// # Errors
+    /// Why there can be none.
+    fn spec(&self) -> Result<Spec, Misfit>;
+
+    /// A world of its own.
+    ///
+    /// # Errors
+    /// If there can be none.
+    fn open(&self) -> Result<Box<dyn World>, OpError>;
+
+    /// Itself, where it is a table of states.
+    fn finite(&self) -> Option<&dyn Finite> {
+        None
+    }
+
+    /// Whether it ever pays anything: without, there is nothing to be learned from its rewards.
+    fn pays(&self) -> bool {
+        true
+    }
+}

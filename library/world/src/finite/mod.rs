@@ -1,0 +1,155 @@
+//! Worlds that are tables of states.
+
+mod chain;
+mod goal_world;
+mod gridworld;
+mod mdp;
+
+use std::fmt::Debug;
+
+use ivx_data::{Field, Kind, Misfit};
+use ivx_op::{Facts, OpError, Wrong};
+
+pub use chain::Chain;
+pub use goal_world::GoalWorld;
+pub use gridworld::Gridworld;
+pub use mdp::{Mdp, Transitions};
+
+use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::luck::Luck;
+
+/// A finite Markov decision process, as a spec names it.
+pub trait Finite: Debug + Send + Sync {
+    /// What it does.
+    ///
+    /// # Errors
+    /// If the description is no environment.
+    fn mdp(&self) -> Result<Mdp, OpError>;
+
+    /// How many cells a row has, where states are cells of a grid, row after row from the top.
+    fn columns(&self) -> Option<usize> {
+        None
+    }
+
+    /// Whether it ever pays anything.
+    fn pays(&self) -> bool {
+        true
+    }
+}
+
+impl<T: Finite> Env for T {
+    fn spec(&self) -> Result<Spec, Misfit> {
+        let mdp = self.mdp().map_err(|error| Misfit::new(error.to_string(), "name another"))?;
+        Ok(Spec {
+            sees: vec![Field::new("state", &[], Kind::Index(mdp.n_states()))],
+            does: Actions::named(&mdp.actions),
+            tells: Vec::new(),
+            limit: None,
+        })
+    }
+
+    fn open(&self) -> Result<Box<dyn World>, OpError> {
+        Ok(Box::new(Walk { mdp: self.mdp()?, state: 0 }))
+    }
+
+    fn finite(&self) -> Option<&dyn Finite> {
+        Some(self)
+    }
+
+    fn pays(&self) -> bool {
+        Finite::pays(self)
+    }
+}
+
+/// A walk through the states of a process.
+struct Walk {
+    mdp: Mdp,
+    state: usize,
+}
+
+impl World for Walk {
+    fn reset(&mut self, luck: &mut Luck, row: &mut Row<'_>) {
+        self.state = luck.pick(&self.mdp.start);
+        row.index(0, self.state);
+    }
+
+    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+        let action = act.index();
+        #[expect(clippy::cast_possible_truncation, reason = "rewards are seen in single precision")]
+        let reward = self.mdp.reward(self.state, action) as f32;
+        self.state = luck.pick(self.mdp.next(self.state, action));
+        row.index(0, self.state);
+        (reward, if self.mdp.terminal[self.state] { End::Terminal } else { End::No })
+    }
+}
+
+/// What a world does, if it is a table of states.
+///
+/// # Errors
+/// If it is none.
+pub fn mdp(env: &dyn Env) -> Result<Mdp, OpError> {
+    env.finite().ok_or_else(|| OpError::Failed(NOT_FINITE.to_owned()))?.mdp()
+}
+
+const NOT_FINITE: &str = "this world is no table of states, which this operation takes";
+
+/// The rule that the world `in` is a table of states.
+///
+/// # Errors
+/// If it is none.
+pub fn world_is_finite(facts: &Facts<'_>) -> Result<(), Wrong> {
+    is_finite(facts, "in")
+}
+
+/// The same of `of`.
+///
+/// # Errors
+/// If it is none.
+pub fn of_is_finite(facts: &Facts<'_>) -> Result<(), Wrong> {
+    is_finite(facts, "of")
+}
+
+fn is_finite(facts: &Facts<'_>, arg: &'static str) -> Result<(), Wrong> {
+    match facts.arg::<Box<dyn Env>>(arg) {
+        Some(world) if world.finite().is_none() => Err(Wrong {
+            arg,
+            message: NOT_FINITE.to_owned(),
+            help: "use one that is, such as `chain()`, `goal_world()` or `gridworld()`; in worlds of any kind \
+                   agents are made by `learn` and measured by `evaluate`"
+                .to_owned(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ivx_data::{Columns, Values};
+
+    /// In a chain of three cells without slipping, two steps to the right end an episode and pay 1.
+    #[test]
+    fn a_walk_steps_through_the_table() {
+        let env = Chain { cells: 3, slip: 0.0, goal: true };
+        let spec = Env::spec(&env).unwrap();
+        assert_eq!(spec.does, Actions::named(&["LEFT", "RIGHT"]));
+        let (mut world, mut luck) = (env.open().unwrap(), Luck::numpy(0));
+        let mut seen = Columns::zeros(spec.sees, 1);
+        let at = |seen: &Columns| {
+            let Values::Index(state) = seen.values(0) else { panic!("a place") };
+            state[0]
+        };
+        for _ in 0..20 {
+            world.reset(&mut luck, &mut Row::of(&mut seen, 0, &mut []));
+            let left = 2 - at(&seen);
+            for step in 1..=left {
+                let (pays, end) =
+                    world.step(Act::Index(1), &mut luck, &mut Row::of(&mut seen, 0, &mut []));
+                let last = step == left;
+                assert_eq!(end, if last { End::Terminal } else { End::No });
+                assert_eq!(pays, if last { 1.0 } else { 0.0 });
+            }
+            assert_eq!(at(&seen), 2);
+        }
+    }
+}
