@@ -1,48 +1,105 @@
 //! Lowering a loss step by step, in batches that go through the data anew in every pass.
 
-use std::collections::BTreeMap;
-
-use ivx_op::{Ctx, Data, OpError, Tensors, shown};
+use ivx_op::{Ctx, OpError, State, shown};
 use rand::seq::SliceRandom as _;
 
-use super::graph::{Graph, Var};
+use super::graph::Var;
+use super::live::Live;
 use super::optim::{Moments, Pull};
 use super::optimiser::{Optimiser, Step};
-use super::params::Params;
+use super::params::ParamId;
 
 /// How a loss is lowered.
 #[derive(Clone, Copy, Debug)]
-pub struct Descent<'a> {
+pub struct Rule<'a> {
     /// The rule of an update.
     pub optimiser: &'a dyn Optimiser,
     /// The pull of the prior over the parameters.
     pub pull: Pull,
-    /// How many updates.
+    /// How many updates there are in all.
     pub steps: u64,
 }
 
-/// Updates the parameters of `graph` by the gradients of what `loss` makes on it, a scalar, at each step.
+/// The descent of one group of parameters of some networks, with its rule and moments. Several may share a graph.
+#[derive(Debug)]
+pub struct Descent<'a> {
+    rule: Rule<'a>,
+    group: Vec<ParamId>,
+    moments: Vec<Moments<f32>>,
+    done: u64,
+}
+
+impl<'a> Descent<'a> {
+    /// That of the parameters whose names begin with one of `prefixes`, which an empty one does with all.
+    #[must_use]
+    pub fn new(live: &Live, prefixes: &[&str], rule: Rule<'a>) -> Self {
+        let group = live.group(prefixes);
+        let mut moments = live.graph.params().moments();
+        for (place, moments) in moments.iter_mut().enumerate() {
+            if !group.iter().any(|id| id.place() == place) {
+                *moments = Moments::zeros(0);
+            }
+        }
+        Self { rule, group, moments, done: 0 }
+    }
+
+    /// How many updates were made.
+    #[must_use]
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
+    /// Updates the parameters by the gradients of what `loss` makes of the networks, a scalar, which is told.
+    pub fn lower(&mut self, live: &Live, loss: impl FnOnce(&Live) -> Var) -> f64 {
+        live.graph.begin();
+        let loss = loss(live);
+        let told = live.graph.scalar(loss).into();
+        live.graph.backward(loss);
+        let step = Step { t: self.done, total: self.rule.steps, pull: self.rule.pull };
+        let mut params = live.graph.params();
+        params.move_only(&self.group);
+        self.rule.optimiser.step(&step, &mut params, &mut self.moments);
+        self.done += 1;
+        told
+    }
+
+    /// Walks over the moments and the count of updates.
+    pub fn state(&mut self, state: &mut State) {
+        state.count("done", &mut self.done);
+        for (i, moments) in self.moments.iter_mut().enumerate() {
+            state.numbers(&format!("{i}.first"), &mut moments.first);
+            state.numbers(&format!("{i}.second"), &mut moments.second);
+        }
+    }
+}
+
+/// Lowers what `loss` makes of networks at each step until all is done, by the parameters whose names begin with one
+/// of `group`.
 ///
 /// Progress is kept with `ctx`, and goes on from there.
 ///
 /// # Errors
 /// If it is told to end.
 pub fn descend(
-    graph: &Graph<f32>,
-    how: &Descent<'_>,
+    live: &mut Live,
+    group: &[&str],
+    rule: Rule<'_>,
     ctx: &Ctx,
-    mut loss: impl FnMut(&Graph<f32>, u64) -> Var,
+    mut loss: impl FnMut(&Live, u64) -> Var,
 ) -> Result<(), OpError> {
-    let mut moments = graph.params().moments();
-    let state = ctx.resume().and_then(|bytes| restore(&bytes, &mut graph.params(), &mut moments));
-    for t in state.unwrap_or(0)..how.steps {
-        ctx.checkpoint(|| keep(t, &graph.params(), &moments))?;
-        graph.begin();
-        let loss = loss(graph, t);
-        ctx.tell(t, how.steps, || format!("loss {}", shown(graph.scalar(loss).into())));
-        graph.backward(loss);
-        let step = Step { t, total: how.steps, pull: how.pull };
-        how.optimiser.step(&step, &mut graph.params(), &mut moments);
+    let mut descent = Descent::new(live, group, rule);
+    let walk = |state: &mut State, descent: &mut Descent<'_>, live: &mut Live| {
+        descent.state(state);
+        state.within("live", |state| live.state(state));
+    };
+    if let Some(bytes) = ctx.resume() {
+        State::restore(&bytes, |state| walk(state, &mut descent, live));
+    }
+    while descent.done < rule.steps {
+        ctx.checkpoint(|| State::keep(|state| walk(state, &mut descent, live)))?;
+        let t = descent.done;
+        let lost = descent.lower(live, |live| loss(live, t));
+        ctx.tell(t, rule.steps, || format!("loss {}", shown(lost)));
     }
     Ok(())
 }
@@ -102,42 +159,4 @@ impl Turns {
         let from = usize::try_from(place).expect("below the number of items") * self.size;
         &self.order[from..from + self.size]
     }
-}
-
-/// The kind of a training that is not done.
-const UNFINISHED: &str = "Unfinished";
-
-/// A training before step `t`, as bytes.
-fn keep(t: u64, params: &Params<f32>, moments: &[Moments<f32>]) -> Vec<u8> {
-    let mut arrays = BTreeMap::new();
-    let mut put = |name: String, values: &[f32]| {
-        arrays.insert(name, Data::F32(vec![values.len()], values.to_vec()));
-    };
-    for (param, moments) in params.arrays().iter().zip(moments) {
-        put(param.name.clone(), &param.value);
-        put(format!("{}.first", param.name), &moments.first);
-        put(format!("{}.second", param.name), &moments.second);
-    }
-    Tensors { arrays }.encode(UNFINISHED, &t)
-}
-
-/// The step that a training goes on with; `None`, and nothing changed, if the bytes are not of one
-/// of these parameters.
-fn restore(bytes: &[u8], params: &mut Params<f32>, moments: &mut [Moments<f32>]) -> Option<u64> {
-    let (mut tensors, t): (_, u64) = Tensors::decode(UNFINISHED, bytes)?;
-    let mut take = |name: String, n: usize| {
-        tensors.f32(&name).map(|(_, values)| values).filter(|values| values.len() == n)
-    };
-    let mut read = Vec::new();
-    for (param, moments) in params.arrays().iter().zip(&*moments) {
-        let first = take(format!("{}.first", param.name), moments.first.len())?;
-        let second = take(format!("{}.second", param.name), moments.second.len())?;
-        read.push((take(param.name.clone(), param.value.len())?, Moments { first, second }));
-    }
-    for ((value, kept), (param, moments)) in read.into_iter().zip(params.values_mut().zip(moments))
-    {
-        param.copy_from_slice(&value);
-        *moments = kept;
-    }
-    Some(t)
 }

@@ -1,18 +1,18 @@
 //! Training networks.
 
-use ivx_data::Dataset;
+use ivx_data::{Dataset, Form};
 use ivx_op::{Ctx, OpError};
 use rand_chacha::ChaCha8Rng;
 
-use super::descend::{Descent, Turns, descend};
-use super::graph::{Graph, Var};
+use super::descend::{Rule, Turns, descend};
+use super::graph::Var;
+use super::live::Live;
 use super::loss::Loss;
 use super::module::{Mode, batch};
-use super::network::{PRIOR, load, outputs, singles};
+use super::network::{outputs, singles};
 use super::optim::Pull;
 use super::optimiser::Optimiser;
-use super::params::ParamId;
-use crate::NetModel;
+use crate::{NetModel, PRIOR};
 
 /// How a network is trained.
 #[derive(Clone, Copy, Debug)]
@@ -50,40 +50,35 @@ pub fn fit(
     how: &Training<'_>,
     ctx: &Ctx,
 ) -> Result<NetModel, OpError> {
-    let (graph, params) = load(&net, "");
+    let mut live = Live::some(&net.nets, str::is_empty);
     let mut batches = Batches::new(&net, data, how.batch);
     let mut dropout = ctx.rng("dropout", &[]);
-    let descent = Descent { optimiser: how.optimiser, pull: how.pull, steps: how.steps };
-    descend(&graph, &descent, ctx, |graph, t| {
+    let rule = Rule { optimiser: how.optimiser, pull: how.pull, steps: how.steps };
+    descend(&mut live, &[""], rule, ctx, |live, t| {
         batches.turn(t, ctx);
         dropout.set_stream(t);
         dropout.set_word_pos(0);
-        objective(graph, &params, (&net, how.loss), &batches, &mut dropout)
+        objective(live, (&net.form, how.loss), &batches, &mut dropout)
     })?;
-    for param in graph.params().arrays() {
-        let found = net.params.iter_mut().find(|(name, ..)| *name == param.name);
-        let (.., values) = found.expect("networks have an array for every layer");
-        values.clone_from(&param.value);
-    }
+    live.put_into(&mut net.nets);
     Ok(net)
 }
 
 /// The loss of the batch at hand.
 fn objective(
-    graph: &Graph<f32>,
-    params: &[ParamId],
-    (net, loss): (&NetModel, &dyn Loss),
+    live: &Live,
+    (form, loss): (&Form, &dyn Loss),
     batches: &Batches,
     dropout: &mut ChaCha8Rng,
 ) -> Var {
-    let (input, target) = (&net.form.input[..], &net.form.target[..]);
-    let n = batches.turns.size();
+    let (input, target) = (&form.input[..], &form.target[..]);
+    let (n, graph, body) = (batches.turns.size(), &live.graph, live.body(""));
     let x = graph.input(batch(n, input), &batches.x.shown);
-    let mut f = net.module.pass(graph, params, (x, input), &mut Mode::Train(dropout));
+    let mut f = body.module.pass(graph, body.params, (x, input), &mut Mode::Train(dropout));
     if !batches.prior.shown.is_empty() {
         f = graph.add(f, graph.input(graph.shape(f), &batches.prior.shown));
     }
-    loss.of(graph, &net.form, f, graph.input(batch(n, target), &batches.y.shown))
+    loss.of(graph, form, f, graph.input(batch(n, target), &batches.y.shown))
 }
 
 /// Observations in single precision, and those of the batch at hand.

@@ -6,18 +6,19 @@
 )]
 
 mod activation;
-mod bodies;
 mod clip;
 mod curve;
 mod descend;
 mod fit;
 mod graph;
+mod live;
 mod loss;
 mod matmul;
 mod model;
 mod module;
 mod net;
 mod network;
+mod networks;
 mod ops;
 pub mod optim;
 mod optimiser;
@@ -30,17 +31,18 @@ mod world;
 mod world_model;
 
 pub use activation::{Activation, Elu, Relu, Sigmoid, Silu, Softplus, Tanh, curve};
-pub use bodies::{Bodies, drawn, learned};
 pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
-pub use descend::{Descent, Turns, descend};
+pub use descend::{Descent, Rule, Turns, descend};
 pub use fit::{Training, fit};
 pub use graph::{Graph, Shape, Var};
+pub use live::Live;
 pub use loss::{Loss, Squared};
-pub use model::{Head, Model, NetModel};
+pub use model::{Head, Model, NetModel, PRIOR};
 pub use module::{ArrayOf, Mode, Module, Start};
 pub use net::{Mlp, Net, headed};
 pub use network::{check, init, predict};
+pub use networks::{Named, Networks, joined};
 pub use ops::{BatchNorm, Cell, Proximal, Proximity, Steps, Window};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};

@@ -1,13 +1,14 @@
 //! Learned functions.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use ivx_data::{Form, form};
 use ivx_math::polynomial::polynomial;
 use ivx_op::{Artifact, Data, OpError, Tensors};
 use serde::{Deserialize, Serialize};
 
-use crate::Module;
+use crate::{Module, Named, Networks};
 
 /// A learned function.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,16 +22,47 @@ pub enum Model {
 /// A neural network as plain named arrays, with what is needed to run it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetModel {
-    /// Its layers.
-    pub module: Module,
+    /// Its layers and arrays, under no name; and those of the fixed prior network, if it has one, as [`PRIOR`].
+    pub nets: Networks,
     /// What it was trained on.
     pub form: Form,
     /// What it puts out.
     pub head: Head,
     /// How much the fixed prior network adds; 0 without one.
     pub prior_scale: f64,
-    /// Arrays such as `0.weight` (`[in, out]`), `0.bias`, `prior.0.weight`, by name: name, shape, values.
-    pub params: Vec<(String, Vec<usize>, Vec<f32>)>,
+}
+
+/// What a prior network is called.
+pub const PRIOR: &str = "prior";
+
+impl NetModel {
+    /// A network as others wrote it, whose arrays are called `0.weight` (`[in, out]`), `0.bias` and so on, those of its
+    /// prior network `prior.0.weight`.
+    #[must_use]
+    pub fn new(
+        module: Module,
+        form: Form,
+        head: Head,
+        prior_scale: f64,
+        arrays: Vec<Named>,
+    ) -> Self {
+        let mut nets = Networks::default();
+        arrays.into_iter().for_each(|array| nets.put(array));
+        if prior_scale != 0.0 {
+            nets.modules.insert(PRIOR.to_owned(), module.clone());
+        }
+        nets.modules.insert(String::new(), module);
+        Self { nets, form, head, prior_scale }
+    }
+
+    /// Its layers.
+    ///
+    /// # Panics
+    /// If it has none.
+    #[must_use]
+    pub fn module(&self) -> &Module {
+        &self.nets.modules[""]
+    }
 }
 
 /// What the numbers that a network puts out for one target are.
@@ -94,14 +126,12 @@ impl Artifact for Model {
             }
             Self::Net(net) => {
                 let facts = Facts::Net {
-                    module: net.module.clone(),
+                    module: net.module().clone(),
                     form: net.form.clone(),
                     head: net.head,
                     prior_scale: net.prior_scale,
                 };
-                let arrays = net.params.iter().cloned();
-                let arrays = arrays.map(|(name, shape, values)| (name, Data::F32(shape, values)));
-                Tensors { arrays: arrays.collect() }.encode(Self::KIND, &facts)
+                net.nets.tensors().encode(Self::KIND, &facts)
             }
         }
     }
@@ -111,12 +141,8 @@ impl Artifact for Model {
         match facts {
             Facts::Polynomial => tensors.f64("theta").map(|(_, theta)| Self::Polynomial(theta)),
             Facts::Net { module, form, head, prior_scale } => {
-                let params = tensors.arrays.into_iter().map(|(name, data)| match data {
-                    Data::F32(shape, values) => Some((name, shape, values)),
-                    _ => None,
-                });
-                let params = params.collect::<Option<_>>()?;
-                Some(Self::Net(NetModel { module, form, head, prior_scale, params }))
+                let arrays = Networks::of(BTreeMap::new(), tensors)?.arrays;
+                Some(Self::Net(NetModel::new(module, form, head, prior_scale, arrays)))
             }
         }
     }
@@ -130,13 +156,10 @@ mod tests {
     #[test]
     fn models_survive_the_round_trip() {
         let dense = Module::Dense { inputs: 1, outputs: 2, curve: Curve::Tanh };
-        let net = NetModel {
-            module: Module::Sequence(vec![Module::Flatten, Module::Residual(vec![dense])]),
-            form: Form { input: vec![2], target: vec![], classes: Some(3) },
-            head: Head::Logits,
-            prior_scale: 0.5,
-            params: vec![("1.0.weight".into(), vec![1, 2], vec![0.25, -1.0])],
-        };
+        let module = Module::Sequence(vec![Module::Flatten, Module::Residual(vec![dense])]);
+        let form = Form { input: vec![2], target: vec![], classes: Some(3) };
+        let arrays = vec![("1.0.weight".into(), vec![1, 2], vec![0.25, -1.0])];
+        let net = NetModel::new(module, form, Head::Logits, 0.5, arrays);
         for model in [Model::Polynomial(vec![1.0, -2.0]), Model::Net(net)] {
             assert_eq!(Model::decode(&model.encode()), Some(model));
         }

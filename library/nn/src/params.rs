@@ -16,11 +16,26 @@ pub struct Param<F> {
     touched: bool,
     /// Whether training changes it.
     learns: bool,
+    /// Whether the update at hand does.
+    moves: bool,
+}
+
+impl<F> Param<F> {
+    fn updates(&self) -> bool {
+        self.touched && self.moves
+    }
 }
 
 /// The place of an array among all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParamId(usize);
+
+impl ParamId {
+    /// Its number among all.
+    pub(super) fn place(self) -> usize {
+        self.0
+    }
+}
 
 /// All parameters, in the order in which they were added.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -48,7 +63,15 @@ impl<F: Real> Params<F> {
 
     fn push(&mut self, name: String, shape: Vec<usize>, value: Vec<F>, learns: bool) -> ParamId {
         assert_eq!(shape.iter().product::<usize>(), value.len(), "as many numbers as `{name}` has");
-        self.arrays.push(Param { name, shape, value, grad: Vec::new(), touched: false, learns });
+        self.arrays.push(Param {
+            name,
+            shape,
+            value,
+            grad: Vec::new(),
+            touched: false,
+            learns,
+            moves: true,
+        });
         ParamId(self.arrays.len() - 1)
     }
 
@@ -92,14 +115,22 @@ impl<F: Real> Params<F> {
         array.touched.then_some(&array.grad)
     }
 
+    /// Lets only these arrays have gradients and updates, until told otherwise.
+    pub(super) fn move_only(&mut self, ids: &[ParamId]) {
+        self.arrays.iter_mut().for_each(|array| array.moves = false);
+        for id in ids {
+            self.arrays[id.0].moves = true;
+        }
+    }
+
     /// Every gradient there is.
     pub fn grads(&self) -> impl Iterator<Item = &[F]> {
-        self.arrays.iter().filter(|array| array.touched).map(|array| &array.grad[..])
+        self.arrays.iter().filter(|array| array.updates()).map(|array| &array.grad[..])
     }
 
     /// Every gradient there is, to be changed.
     pub fn grads_mut(&mut self) -> impl Iterator<Item = &mut [F]> {
-        self.arrays.iter_mut().filter(|array| array.touched).map(|array| &mut array.grad[..])
+        self.arrays.iter_mut().filter(|array| array.updates()).map(|array| &mut array.grad[..])
     }
 
     /// Every array that has a gradient, with it and the moments of the same place.
@@ -107,7 +138,7 @@ impl<F: Real> Params<F> {
         &'a mut self,
         moments: &'a mut [Moments<F>],
     ) -> impl Iterator<Item = (&'a mut [F], &'a mut [F], &'a mut Moments<F>)> {
-        let pairs = self.arrays.iter_mut().zip(moments).filter(|(array, _)| array.touched);
+        let pairs = self.arrays.iter_mut().zip(moments).filter(|(array, _)| array.updates());
         pairs.map(|(array, moments)| (&mut array.value[..], &mut array.grad[..], moments))
     }
 

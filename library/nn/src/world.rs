@@ -1,6 +1,7 @@
 //! The losses of latent world models (§2.3.2, Figure 2.9).
 
 use super::graph::{Graph, Shape, Var};
+use super::live::Live;
 use super::module::{Mode, Module};
 use super::params::ParamId;
 use super::real::Real;
@@ -33,6 +34,21 @@ pub struct Latent<'a> {
     pub dynamics: Body<'a>,
     /// `r`, from the same to the mean of the reward.
     pub reward: Body<'a>,
+}
+
+impl<'a> Latent<'a> {
+    /// Those of some networks.
+    ///
+    /// # Panics
+    /// If one is missing.
+    #[must_use]
+    pub fn of(live: &'a Live) -> Self {
+        Self {
+            representation: live.body("representation"),
+            dynamics: live.body("dynamics"),
+            reward: live.body("reward"),
+        }
+    }
 }
 
 /// Transitions `(s, a, r', s')`, as vectors.

@@ -21,6 +21,7 @@ mod rendered;
 mod rng;
 mod rule;
 mod shown;
+mod state;
 mod verdict;
 
 pub use arg::{
@@ -43,4 +44,5 @@ pub use rendered::{Figure, Table};
 pub use rng::{Ctx, Progress};
 pub use rule::{Facts, Rule, ShapeRule, Shapes, Wrong};
 pub use shown::{label, shown, shown_roughly, shown_to, shown_to_decimals, shown_together};
+pub use state::State;
 pub use verdict::{Finding, Outcome, Verdict};

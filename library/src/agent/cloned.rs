@@ -65,16 +65,12 @@ mod tests {
     use ivx_world::Chain;
 
     fn cloned(weight: &[f32], outputs: usize, classes: usize) -> Result<Vec<f64>, String> {
-        let model = NetModel {
-            module: Module::Dense { inputs: 2, outputs, curve: Curve::Identity },
-            form: form(2, classes),
-            head: Head::Logits,
-            prior_scale: 0.0,
-            params: vec![
-                ("bias".into(), vec![outputs], vec![0.0; outputs]),
-                ("weight".into(), vec![2, outputs], weight.to_vec()),
-            ],
-        };
+        let module = Module::Dense { inputs: 2, outputs, curve: Curve::Identity };
+        let arrays = vec![
+            ("bias".into(), vec![outputs], vec![0.0; outputs]),
+            ("weight".into(), vec![2, outputs], weight.to_vec()),
+        ];
+        let model = NetModel::new(module, form(2, classes), Head::Logits, 0.0, arrays);
         let r#in = Box::new(Chain { cells: 2, slip: 0.1, goal: true });
         let cloned = ClonedPolicy { model: One(Model::Net(model)), r#in };
         cloned.run(&Ctx::new("", 0, None)).map(|p| p.values).map_err(|error| error.to_string())

@@ -4,7 +4,7 @@ use ivx_data::Rollouts;
 use ivx_math::moments::real;
 use ivx_math::tabular::probabilities;
 use ivx_nn::optim::Pull;
-use ivx_nn::{Descent, Graph, Optimiser, ParamId, Params, Real as _, Turns, Var};
+use ivx_nn::{Graph, Live, Networks, Optimiser, ParamId, Real as _, Rule, Turns, Var};
 use ivx_op::{Array, Ctx, Dim, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -184,25 +184,26 @@ impl Learning<'_> {
         }
         let mut init = ctx.rng("init", &[&member]);
         let start = (0..shape[0] * shape[1]).map(|_| StandardNormal.sample(&mut init)).collect();
-        let mut params = Params::default();
-        let table = params.add("table".to_owned(), shape.to_vec(), start);
         let rows = vec![given.len() / shape[1], shape[1]];
-        let tables = [table, params.add_fixed("given".to_owned(), rows, given)];
-        let graph = Graph::new(params);
+        let arrays =
+            vec![("given".to_owned(), rows, given), ("table".to_owned(), shape.to_vec(), start)];
+        let mut live = Live::of(&Networks { arrays, ..Networks::default() });
+        let place = |name| live.group(&[name])[0];
+        let tables = [place("table"), place("given")];
 
         let mut turns = Turns::new(n, self.batch);
         let steps = self.epochs.saturating_mul(turns.in_a_pass());
-        let how = Descent { optimiser: self.optimiser, pull: Pull::NONE, steps };
+        let rule = Rule { optimiser: self.optimiser, pull: Pull::NONE, steps };
         let mut shown = Steps::default();
-        ivx_nn::descend(&graph, &how, ctx, |graph, t| {
+        ivx_nn::descend(&mut live, &["table"], rule, ctx, |live, t| {
             if turns.are_whole() {
-                return loss(graph, tables, &all);
+                return loss(&live.graph, tables, &all);
             }
             shown.take(&all, turns.turn(t, ctx));
-            loss(graph, tables, &shown)
+            loss(&live.graph, tables, &shown)
         })?;
-        let params = graph.params();
-        let values: Vec<f64> = params.value(table).iter().map(|x| f64::from(*x)).collect();
+        let params = live.graph.params();
+        let values: Vec<f64> = params.value(tables[0]).iter().map(|x| f64::from(*x)).collect();
         if values.iter().any(|x| !x.is_finite()) {
             let message = format!("it diverged within {steps} updates: lower the learning rate");
             return Err(OpError::Failed(message));

@@ -135,8 +135,11 @@ mod tests {
     fn sources_do_not_disturb_each_other() {
         let arrays = |sources: &[&str], prior: bool| {
             let Model::Net(net) = member(&ensemble(sources), 0, 0) else { unreachable!() };
-            let arrays =
-                net.params.into_iter().filter(|(name, ..)| name.starts_with("prior.") == prior);
+            let arrays = net
+                .nets
+                .arrays
+                .into_iter()
+                .filter(|(name, ..)| name.starts_with("prior.") == prior);
             arrays.collect::<Vec<_>>()
         };
         assert_eq!(arrays(&SOURCES, false), arrays(&["random_init"], false));

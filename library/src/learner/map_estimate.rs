@@ -3,7 +3,7 @@
 use ivx_data::Misfit;
 use ivx_data::{Dataset, Form};
 use ivx_nn::{Loss, Net, Optimiser, Training};
-use ivx_nn::{Model, NetModel};
+use ivx_nn::{Model, NetModel, PRIOR};
 use ivx_op::{Ctx, OpError, Part, declare};
 
 use super::{Learner, Prior};
@@ -48,10 +48,8 @@ impl Learner for MapEstimate {
     ) -> Option<Result<Model, OpError>> {
         let with_prior = || {
             let mut net = self.initial(&data.form, "init", ctx)?;
-            let prior = self.initial(&data.form, "prior", drawn)?.params.into_iter();
-            let prior = prior.map(|(name, shape, values)| (format!("prior.{name}"), shape, values));
-            net.params.extend(prior);
-            net.params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
+            let prior = self.initial(&data.form, "prior", drawn)?.nets;
+            net.nets.add(PRIOR, prior);
             net.prior_scale = scale;
             self.fit(net, data, steps, ctx)
         };
@@ -93,14 +91,14 @@ impl MapEstimate {
         if data.is_empty() {
             return Err(OpError::Failed("there are no data to train on".to_owned()));
         }
-        net.module.accepts(&data.x).map_err(OpError::Failed)?;
+        net.module().accepts(&data.x).map_err(OpError::Failed)?;
         #[expect(clippy::cast_precision_loss, reason = "data count far below 2^53")]
         let n = data.len() as f64;
         let pull = self.prior.pull(self.loss.scale(), n);
         let (loss, optimiser) = (&*self.loss, &*self.optimiser);
         let how = Training { loss, optimiser, pull, batch: self.batch, steps };
         let net = ivx_nn::fit(net, data, &how, ctx)?;
-        if net.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
+        if !net.nets.are_finite() {
             let message = format!(
                 "training diverged within {steps} steps: lower the learning rate or widen the prior"
             );
@@ -210,7 +208,12 @@ mod tests {
             let loss = Part::new("squared").with("noise", 1.0);
             let part = learner(&[4], 0.02).with("prior", prior).with("loss", loss);
             let Model::Net(net) = train(&part, &data(|x| x), 500).unwrap() else { unreachable!() };
-            net.params.iter().flat_map(|(.., values)| values.clone()).map(f64::from).sum::<f64>()
+            net.nets
+                .arrays
+                .iter()
+                .flat_map(|(.., values)| values.clone())
+                .map(f64::from)
+                .sum::<f64>()
                 / 13.0
         };
         assert!((centred(0.5) - 0.5).abs() < 1.0 / 16.0);

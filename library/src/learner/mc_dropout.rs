@@ -28,14 +28,14 @@ impl Op for McDropout {
     fn run(&self, ctx: &Ctx) -> Result<Model, OpError> {
         let MemberCount = self.members;
         let Model::Net(net) = &*self.model else { return Err(no_dropout()) };
-        let rates = net.module.dropout_rates();
+        let rates = net.module().dropout_rates();
         if rates.is_empty() {
             return Err(no_dropout());
         }
         let mut net = net.clone();
-        net.module = net.module.masked();
+        net.nets.modules.values_mut().for_each(|module| *module = module.masked());
         let mut rng = ctx.rng("masks", &[]);
-        let masks = net.module.arrays().into_iter().filter(ArrayOf::is_mask);
+        let masks = net.module().arrays().into_iter().filter(ArrayOf::is_mask);
         for (mask, rate) in masks.zip(rates) {
             let n = mask.shape.iter().product();
             #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
@@ -44,11 +44,11 @@ impl Op for McDropout {
             let values: Vec<f32> = std::iter::repeat_with(draw).take(n).collect();
             if net.prior_scale != 0.0 {
                 // A prior network is a fixed function, of which nothing is left out.
-                net.params.push((format!("prior.{}", mask.name), mask.shape.clone(), vec![1.0; n]));
+                let name = ivx_nn::joined(ivx_nn::PRIOR, &mask.name);
+                net.nets.put((name, mask.shape.clone(), vec![1.0; n]));
             }
-            net.params.push((mask.name, mask.shape, values));
+            net.nets.put((mask.name, mask.shape, values));
         }
-        net.params.sort_by(|(a, ..), (b, ..)| a.cmp(b));
         Ok(Model::Net(net))
     }
 }

@@ -66,16 +66,13 @@ mod tests {
     #[test]
     fn two_of_three_are_right() {
         // Logits (x, 1): class 0 above 1, class 1 below, and 0 where they are equal.
-        let net = NetModel {
-            module: Module::Dense { inputs: 1, outputs: 2, curve: Curve::Identity },
-            form: Form { classes: Some(2), ..Form::default() },
-            head: Head::Logits,
-            prior_scale: 0.0,
-            params: vec![
-                ("bias".into(), vec![2], vec![0.0, 1.0]),
-                ("weight".into(), vec![1, 2], vec![1.0, 0.0]),
-            ],
-        };
+        let module = Module::Dense { inputs: 1, outputs: 2, curve: Curve::Identity };
+        let form = Form { classes: Some(2), ..Form::default() };
+        let arrays = vec![
+            ("bias".into(), vec![2], vec![0.0, 1.0]),
+            ("weight".into(), vec![1, 2], vec![1.0, 0.0]),
+        ];
+        let net = NetModel::new(module, form, Head::Logits, 0.0, arrays);
         let data =
             |y: &[f64]| Dataset { form: net.form.clone(), x: vec![2.0, 1.0, -1.0], y: y.to_vec() };
         let accuracy = |on| {

@@ -58,16 +58,17 @@ fn noise(form: Form, n: usize) -> Dataset {
 }
 
 fn values_mut<'a>(net: &'a mut NetModel, name: &str) -> &'a mut Vec<f32> {
-    net.params.iter_mut().find(|(n, ..)| n == name).map(|(.., values)| values).unwrap()
+    net.nets.arrays.iter_mut().find(|(n, ..)| n == name).map(|(.., values)| values).unwrap()
 }
 
 /// The loss on all data, and its gradients by array name.
 fn gradients(net: &NetModel, loss: &dyn Loss, data: &Dataset) -> (f32, Vec<(String, Vec<f32>)>) {
-    let (graph, params) = load(net, "");
+    let live = Live::some(&net.nets, str::is_empty);
+    let graph = &live.graph;
     let batches = Batches::new(net, data, 0);
     let mut dropout = Ctx::new("train", 0, None).rng("dropout", &[]);
     graph.begin();
-    let value = objective(&graph, &params, (net, loss), &batches, &mut dropout);
+    let value = objective(&live, (&net.form, loss), &batches, &mut dropout);
     graph.backward(value);
     let value = graph.scalar(value);
     let held = graph.params();
@@ -85,27 +86,22 @@ fn a_network_by_hand() {
         (name.to_owned(), shape.to_vec(), values.to_vec())
     };
     let dense = |inputs, outputs, curve| Module::Dense { inputs, outputs, curve };
-    let mut net = NetModel {
-        module: Module::Sequence(vec![dense(1, 2, Curve::Relu), dense(2, 1, Curve::Identity)]),
-        form: Form::default(),
-        head: Head::Mean,
-        prior_scale: 0.0,
-        params: vec![
-            array("0.weight", &[1, 2], &[2.0, -1.0]),
-            array("0.bias", &[2], &[1.0, 0.0]),
-            array("1.weight", &[2, 1], &[3.0, -1.0]),
-            array("1.bias", &[1], &[0.5]),
-        ],
-    };
+    let module = Module::Sequence(vec![dense(1, 2, Curve::Relu), dense(2, 1, Curve::Identity)]);
+    let arrays = vec![
+        array("0.weight", &[1, 2], &[2.0, -1.0]),
+        array("0.bias", &[2], &[1.0, 0.0]),
+        array("1.weight", &[2, 1], &[3.0, -1.0]),
+        array("1.bias", &[1], &[0.5]),
+    ];
+    let mut net = NetModel::new(module, Form::default(), Head::Mean, 0.0, arrays);
     assert_eq!(predict(&net, &[1.0, -1.0]), [9.5, -0.5]);
     assert!(predict(&net, &[]).is_empty());
     let many: Vec<f64> = (0..3000).map(|i| f64::from(i % 2) * 2.0 - 1.0).collect();
     assert!(predict(&net, &many).chunks(2).all(|pair| pair == [-0.5, 9.5]));
 
     // The same function again as its prior, at half the scale.
-    let prior =
-        net.params.iter().map(|(name, s, v)| (format!("prior.{name}"), s.clone(), v.clone()));
-    net.params = net.params.iter().cloned().chain(prior).collect();
+    let prior = net.nets.clone();
+    net.nets.add(PRIOR, prior);
     net.prior_scale = 0.5;
     assert_eq!(predict(&net, &[1.0]), [14.25]);
     // Half of (14.25 − 4.25)² is what training sees.
@@ -166,7 +162,7 @@ fn the_fused_layer_agrees_with_dfdx_operations() {
         .map(|(i, shape)| {
             let array = |what: &str| {
                 let name = format!("{i}.{what}");
-                net.params.iter().find(|(n, ..)| *n == name).unwrap().2.clone()
+                net.nets.arrays.iter().find(|(n, ..)| *n == name).unwrap().2.clone()
             };
             let bias: Tensor<(usize,), f32, Cpu> =
                 device.tensor_from_vec(array("bias"), (shape.1,));

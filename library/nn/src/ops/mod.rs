@@ -10,6 +10,7 @@ mod policy;
 mod pool;
 mod recurrent;
 mod rows;
+mod select;
 
 pub use conv::Window;
 pub use norm::BatchNorm;

@@ -2,7 +2,7 @@
 
 use ivx_data::Rollouts;
 use ivx_nn::WorldModel;
-use ivx_nn::{Bodies, Graph, Heads, Var, partial_losses};
+use ivx_nn::{Graph, Heads, Latent, Live, Var, partial_losses};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
 use super::reconstruction::transitions;
@@ -22,27 +22,25 @@ declare! {
 impl Op for ModelErrors {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         fits(&self.of, &self.on)?;
-        let (graph, nets) = Bodies::of(&self.of);
-        let reconstruction = nets.get("reconstruction").ok_or_else(|| {
+        let live = Live::of(&self.of.nets);
+        let graph = &live.graph;
+        let reconstruction = live.get("reconstruction").ok_or_else(|| {
             OpError::Failed("the model rebuilds no states: use `unrolled_errors`".to_owned())
         })?;
         let windows = Windows::new(&self.on, 1)?;
         let places: Vec<usize> = (0..windows.starts.len()).collect();
         let squares = |a: Var, b: Var| {
-            scalar(&graph, graph.mean(graph.sum_items(graph.square(graph.sub(a, b)))))
+            scalar(graph, graph.mean(graph.sum_items(graph.square(graph.sub(a, b)))))
         };
         let values = graph.still(|| {
-            let of = transitions(&graph, &windows, &places);
-            let latent = nets.latent();
-            let z = latent.representation.of(&graph, of.states);
+            let of = transitions(graph, &windows, &places);
+            let latent = Latent::of(&live);
+            let z = latent.representation.of(graph, of.states);
             let step = graph.concat(&[z, of.actions]);
             vec![
-                squares(reconstruction.of(&graph, z), of.states),
-                squares(
-                    latent.dynamics.of(&graph, step),
-                    latent.representation.of(&graph, of.next),
-                ),
-                squares(latent.reward.of(&graph, step), of.rewards),
+                squares(reconstruction.of(graph, z), of.states),
+                squares(latent.dynamics.of(graph, step), latent.representation.of(graph, of.next)),
+                squares(latent.reward.of(graph, step), of.rewards),
             ]
         });
         Ok(Array::series(parts(&["state", "latent", "reward"]), values))
@@ -73,8 +71,9 @@ declare! {
 impl Op for UnrolledErrors {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         fits(&self.of, &self.on)?;
-        let (graph, nets) = Bodies::of(&self.of);
-        let (Some(value), Some(policy)) = (nets.get("value"), nets.get("policy")) else {
+        let live = Live::of(&self.of.nets);
+        let graph = &live.graph;
+        let (Some(value), Some(policy)) = (live.get("value"), live.get("policy")) else {
             let why = "the model predicts no values: use `model_errors`";
             return Err(OpError::Failed(why.to_owned()));
         };
@@ -83,11 +82,11 @@ impl Op for UnrolledErrors {
         let windows = Windows::new(&self.on, self.unroll + 1)?;
         let places: Vec<usize> = (0..windows.starts.len()).collect();
         let losses = graph.still(|| {
-            let paths = windows.paths(&graph, &places, targets);
-            partial_losses(&graph, &nets.latent(), &Heads { value, policy }, &paths, false)
+            let paths = windows.paths(graph, &places, targets);
+            partial_losses(graph, &Latent::of(&live), &Heads { value, policy }, &paths, false)
         });
         let values = (0..=self.unroll).flat_map(|k| {
-            [losses.value[k], losses.policy[k], losses.reward[k]].map(|loss| scalar(&graph, loss))
+            [losses.value[k], losses.policy[k], losses.reward[k]].map(|loss| scalar(graph, loss))
         });
         let steps = Dim::new("k", Labels::count(self.unroll + 1));
         Ok(Array {

@@ -6,6 +6,8 @@ mod partial;
 mod process;
 mod reconstruction;
 
+use std::collections::BTreeMap;
+
 use ivx_op::{Array, Ctx, OpError, Registry};
 
 pub use errors::{ModelErrors, UnrolledErrors};
@@ -17,9 +19,9 @@ pub use reconstruction::ReconstructionModel;
 use ivx_data::Rollouts;
 use ivx_nn::optim::Pull;
 use ivx_nn::{
-    Bodies, Curve, Descent, Graph, Module, Net, Optimiser, Paths, Real as _, Shape, Turns, Var,
+    Curve, Graph, Layout, Live, Module, Net, Networks, Optimiser, Paths, Real as _, Rule, Shape,
+    Turns, Var, WorldModel,
 };
-use ivx_nn::{Layout, WorldModel};
 
 /// Adds what this folder declares.
 pub(super) fn register(registry: Registry) -> Registry {
@@ -38,12 +40,12 @@ const LATENT: [&str; 3] = ["representation", "dynamics", "reward"];
 
 /// A layout for the environment of some episodes, without networks.
 fn layout(of: &Rollouts, latent: usize) -> Layout {
-    Layout { n_states: of.n_states, actions: of.actions.clone(), latent, nets: [].into() }
+    Layout { n_states: of.n_states, actions: of.actions.clone(), latent }
 }
 
-/// A model with these networks besides those of its layout, before training. Latent states lie between −1 and 1.
+/// A model with these networks besides `modules`, before training. Latent states lie between −1 and 1.
 fn untrained(
-    mut layout: Layout,
+    (layout, mut modules): (Layout, BTreeMap<String, Module>),
     net: &dyn Net,
     names: &[&str],
     ctx: &Ctx,
@@ -59,9 +61,10 @@ fn untrained(
             }
             (module, _) => module,
         };
-        layout.nets.insert(name.to_owned(), module);
+        modules.insert(name.to_owned(), module);
     }
-    Ok(ivx_nn::drawn(layout, &mut ctx.rng("init", &[])))
+    let nets = Networks::drawn(modules, &mut ctx.rng("init", &[]));
+    Ok(WorldModel { layout, nets })
 }
 
 /// How a model is trained.
@@ -77,14 +80,14 @@ fn trained(
     n: usize,
     how: &Training<'_>,
     ctx: &Ctx,
-    loss: impl Fn(&Graph<f32>, &Bodies<'_>, &[usize]) -> Var,
+    loss: impl Fn(&Live, &[usize]) -> Var,
 ) -> Result<WorldModel, OpError> {
-    let (graph, nets) = Bodies::of(&model);
+    let mut live = Live::of(&model.nets);
     let mut turns = Turns::new(n, how.batch);
-    let descent = Descent { optimiser: how.optimiser, pull: Pull::NONE, steps: how.steps };
-    ivx_nn::descend(&graph, &descent, ctx, |graph, t| loss(graph, &nets, turns.turn(t, ctx)))?;
-    ivx_nn::learned(&graph, &mut model);
-    if model.params.iter().any(|(.., values)| values.iter().any(|x| !x.is_finite())) {
+    let rule = Rule { optimiser: how.optimiser, pull: Pull::NONE, steps: how.steps };
+    ivx_nn::descend(&mut live, &[""], rule, ctx, |live, t| loss(live, turns.turn(t, ctx)))?;
+    live.put_into(&mut model.nets);
+    if !model.nets.are_finite() {
         return Err(OpError::Failed(format!(
             "training diverged within {} steps: lower the learning rate",
             how.steps

@@ -2,7 +2,7 @@
 
 use ivx_data::Rollouts;
 use ivx_nn::WorldModel;
-use ivx_nn::{Heads, Net, Optimiser, partial_losses};
+use ivx_nn::{Heads, Latent, Net, Optimiser, partial_losses};
 use ivx_op::{Array, Ctx, One, Op, OpError, Part, declare};
 
 use super::{LATENT, Training, Windows, layout, table, trained, untrained};
@@ -44,14 +44,16 @@ impl Op for PartialModel {
         let targets =
             (table(&self.value, &self.from, false)?, table(&self.policy, &self.from, true)?);
         let names = [&LATENT[..], &["value", "policy"]].concat();
-        let model = untrained(layout(&self.from, self.latent), &*self.net, &names, ctx)?;
+        let model =
+            untrained((layout(&self.from, self.latent), [].into()), &*self.net, &names, ctx)?;
         let windows = Windows::new(&self.from, self.unroll)?;
         let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
         let how = Training { optimiser, batch, steps };
-        trained(model, windows.starts.len(), &how, ctx, |graph, nets, places| {
+        trained(model, windows.starts.len(), &how, ctx, |live, places| {
+            let graph = &live.graph;
             let paths = windows.paths(graph, places, targets);
-            let heads = Heads { value: nets.body("value"), policy: nets.body("policy") };
-            let losses = partial_losses(graph, &nets.latent(), &heads, &paths, self.scaled);
+            let heads = Heads { value: live.body("value"), policy: live.body("policy") };
+            let losses = partial_losses(graph, &Latent::of(live), &heads, &paths, self.scaled);
             let each = losses.value.into_iter().chain(losses.policy).chain(losses.reward);
             each.reduce(|a, b| graph.add(a, b)).expect("a path has a state")
         })

@@ -2,7 +2,7 @@
 
 use ivx_data::Dataset;
 use ivx_data::form;
-use ivx_nn::{Bodies, Module, Net, Optimiser, Real as _, Shape, predicted_values};
+use ivx_nn::{Latent, Live, Module, Net, Optimiser, Real as _, Shape, predicted_values};
 use ivx_nn::{Layout, WorldModel};
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Part, Wrong, declare};
 use ivx_world::Points;
@@ -67,11 +67,13 @@ impl Op for ProcessModel {
         let latent = self.latent;
         let memory = vec![Module::Lstm { inputs: latent, units: latent }, Module::Last];
         let nets = [("dynamics".to_owned(), Module::Sequence(memory))].into();
-        let layout = Layout { n_states: 1, actions: Vec::new(), latent, nets };
-        let model = untrained(layout, &*self.net, &["representation", "value", "reward"], ctx)?;
+        let layout = Layout { n_states: 1, actions: Vec::new(), latent };
+        let model =
+            untrained((layout, nets), &*self.net, &["representation", "value", "reward"], ctx)?;
         let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
         let how = Training { optimiser, batch, steps };
-        trained(model, self.on.len(), &how, ctx, |graph, nets, places| {
+        trained(model, self.on.len(), &how, ctx, |live, places| {
+            let graph = &live.graph;
             let column = |of: &[f64]| {
                 let values: Vec<f32> = places.iter().map(|i| f32::of(of[*i])).collect();
                 graph.input(Shape::vectors(places.len(), 1), &values)
@@ -79,7 +81,7 @@ impl Op for ProcessModel {
             let (states, targets) = (column(&self.on.x), column(&self.on.y));
             let unroll = (self.unroll, self.discount);
             let members =
-                predicted_values(graph, &nets.latent(), nets.body("value"), states, unroll);
+                predicted_values(graph, &Latent::of(live), live.body("value"), states, unroll);
             let apart =
                 members.into_iter().map(|v| graph.mean(graph.square(graph.sub(v, targets))));
             apart.reduce(|a, b| graph.add(a, b)).expect("there is one over 0 steps")
@@ -89,8 +91,9 @@ impl Op for ProcessModel {
 
 impl Op for ProcessValues {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let (graph, nets) = Bodies::of(&self.of);
-        let value = nets.get("value").filter(|_| self.of.layout.actions.is_empty());
+        let live = Live::of(&self.of.nets);
+        let graph = &live.graph;
+        let value = live.get("value").filter(|_| self.of.layout.actions.is_empty());
         let Some(value) = value else {
             return Err(OpError::Failed("the model is not of a reward process".to_owned()));
         };
@@ -99,7 +102,7 @@ impl Op for ProcessValues {
         let states = graph.input(Shape::vectors(states.len(), 1), &states);
         let unroll = (self.unroll, self.discount);
         let members =
-            graph.still(|| predicted_values(&graph, &nets.latent(), value, states, unroll));
+            graph.still(|| predicted_values(graph, &Latent::of(&live), value, states, unroll));
         let values = members.into_iter().flat_map(|v| graph.value(v)).map(f64::from).collect();
         let steps = Labels::count(self.unroll + 1);
         let x = Labels::Numbers(points);

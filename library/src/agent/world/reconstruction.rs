@@ -2,7 +2,7 @@
 
 use ivx_data::Rollouts;
 use ivx_nn::WorldModel;
-use ivx_nn::{Graph, Net, Optimiser, Real as _, Shape, Transitions, reconstruction_losses};
+use ivx_nn::{Graph, Latent, Net, Optimiser, Real as _, Shape, Transitions, reconstruction_losses};
 use ivx_op::{Ctx, One, Op, OpError, Part, declare};
 
 use super::{LATENT, Training, Windows, hot, layout, trained, untrained};
@@ -38,18 +38,20 @@ declare! {
 impl Op for ReconstructionModel {
     fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
         let names = [&LATENT[..], &["reconstruction"]].concat();
-        let model = untrained(layout(&self.from, self.latent), &*self.net, &names, ctx)?;
+        let model =
+            untrained((layout(&self.from, self.latent), [].into()), &*self.net, &names, ctx)?;
         let windows = Windows::new(&self.from, 1)?;
         let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
         let how = Training { optimiser, batch, steps };
-        trained(model, windows.starts.len(), &how, ctx, |graph, nets, places| {
+        trained(model, windows.starts.len(), &how, ctx, |live, places| {
+            let graph = &live.graph;
             let of = transitions(graph, &windows, places);
             let shape = Shape::vectors(places.len(), self.latent);
             let log_std = graph.input(shape, &vec![f32::of(self.noise.ln()); shape.len()]);
             let [rebuilt, moved, reward] = reconstruction_losses(
                 graph,
-                &nets.latent(),
-                nets.body("reconstruction"),
+                &Latent::of(live),
+                live.body("reconstruction"),
                 &of,
                 (log_std, self.stop_gradient),
             );

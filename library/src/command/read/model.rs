@@ -79,7 +79,7 @@ fn model(
         _ => return Err("a network has the arrays `0.weight` and `0.bias`".to_owned()),
     }
     let (module, form, head) = (Module::Sequence(layers), Form::default(), Head::Mean);
-    Ok(Model::Net(NetModel { module, form, head, prior_scale: 0.0, params }))
+    Ok(Model::Net(NetModel::new(module, form, head, 0.0, params)))
 }
 
 /// The numbers in double precision.
@@ -160,7 +160,7 @@ mod tests {
                 Module::Dense { inputs: units, outputs: 1, curve: Curve::Identity },
             ]);
             let (form, head) = (Form { input: vec![2, 1], ..Form::default() }, Head::Mean);
-            let net = NetModel { module, form, head, prior_scale: 1.0, params: Vec::new() };
+            let net = NetModel::new(module, form, head, 1.0, Vec::new());
             let own = Model::Net(net);
             let outputs = Outputs { files: [("m".to_owned(), Blob::plain(own.encode()))].into() };
             let read = ReadModel { outputs: One(outputs), name: "m".to_owned() };
