@@ -9,6 +9,8 @@ pub enum Kind {
     F32,
     /// Bytes, such as the channels of a picture.
     U8,
+    /// Bytes that are 0 or 1, which are kept as bits.
+    Bit,
     /// One of so many.
     Index(usize),
 }
@@ -42,7 +44,7 @@ impl Field {
     pub fn spread(&self) -> usize {
         match self.kind {
             Kind::Index(n) => self.width() * n,
-            Kind::F32 | Kind::U8 => self.width(),
+            Kind::F32 | Kind::U8 | Kind::Bit => self.width(),
         }
     }
 }
@@ -52,7 +54,7 @@ impl Field {
 pub enum Values {
     /// Of [`Kind::F32`].
     F32(Vec<f32>),
-    /// Of [`Kind::U8`].
+    /// Of [`Kind::U8`] and [`Kind::Bit`].
     U8(Vec<u8>),
     /// Of [`Kind::Index`].
     Index(Vec<u32>),
@@ -62,7 +64,7 @@ impl Values {
     fn zeros(kind: Kind, len: usize) -> Self {
         match kind {
             Kind::F32 => Self::F32(vec![0.0; len]),
-            Kind::U8 => Self::U8(vec![0; len]),
+            Kind::U8 | Kind::Bit => Self::U8(vec![0; len]),
             Kind::Index(_) => Self::Index(vec![0; len]),
         }
     }
@@ -152,6 +154,31 @@ impl Columns {
         }
     }
 
+    /// How many numbers a network sees of a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.fields.iter().map(Field::spread).sum()
+    }
+
+    /// All rows as a network sees them, column after column in each, written into `out`.
+    ///
+    /// # Panics
+    /// If `out` is not as long.
+    pub fn spread_all(&self, out: &mut [f32]) {
+        if let [Values::U8(bytes)] = &self.values[..] {
+            assert_eq!(out.len(), bytes.len(), "as many numbers as there are");
+            out.iter_mut().zip(bytes).for_each(|(out, x)| *out = f32::from(*x));
+            return;
+        }
+        for (row, mut out) in out.chunks_exact_mut(self.width()).enumerate() {
+            for (column, field) in self.fields.iter().enumerate() {
+                let (own, rest) = out.split_at_mut(field.spread());
+                self.spread(column, row, own);
+                out = rest;
+            }
+        }
+    }
+
     /// The numbers of a row of a column as a network sees them, written into `out`: one of so many has a 1 in its
     /// place.
     ///
@@ -208,5 +235,9 @@ mod tests {
         assert_eq!(seen(0, 0), [1.0, 0.0, 7.0, 0.0]);
         assert_eq!((seen(1, 0), seen(2, 0)), (vec![2.5], vec![0.0, 0.0, 1.0]));
         assert_eq!((seen(1, 2), seen(2, 2)), (vec![0.0], vec![1.0, 0.0, 0.0]));
+        let mut all = vec![9.0; 3 * other.width()];
+        other.spread_all(&mut all);
+        assert_eq!(all[..8], [1.0, 0.0, 7.0, 0.0, 2.5, 0.0, 0.0, 1.0]);
+        assert_eq!(all[16..], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     }
 }

@@ -196,7 +196,7 @@ impl<F: Real> Graph<F> {
     }
 
     /// Numbers from outside, written by `write`, which must replace them all.
-    pub(super) fn filled(&self, shape: Shape, write: impl FnOnce(&mut [F])) -> Var {
+    pub fn filled(&self, shape: Shape, write: impl FnOnce(&mut [F])) -> Var {
         self.made(shape, false, |_, out| write(out))
     }
 

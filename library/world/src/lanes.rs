@@ -1,0 +1,301 @@
+//! Worlds side by side, each in one episode after the other.
+
+use ivx_data::Columns;
+use ivx_op::{Ctx, OpError, State};
+
+use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::luck::Luck;
+
+/// An action for each lane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Acts {
+    /// How many numbers one has; 0 where they are places.
+    width: usize,
+    /// The places.
+    pub places: Vec<usize>,
+    /// Or the vectors, one after the other.
+    pub vectors: Vec<f32>,
+}
+
+impl Acts {
+    /// Those of `n` lanes, the first or zeros before they are chosen.
+    #[must_use]
+    pub fn of(actions: &Actions, n: usize) -> Self {
+        match actions {
+            Actions::Discrete(_) => Self { width: 0, places: vec![0; n], vectors: Vec::new() },
+            Actions::Continuous { low, .. } => {
+                let width = low.len();
+                Self { width, places: Vec::new(), vectors: vec![0.0; n * width] }
+            }
+        }
+    }
+
+    /// That of a lane.
+    #[must_use]
+    pub fn get(&self, lane: usize) -> Act<'_> {
+        match self.width {
+            0 => Act::Index(self.places[lane]),
+            width => Act::Vector(&self.vectors[lane * width..][..width]),
+        }
+    }
+
+    /// How many numbers it takes to keep one.
+    fn kept(&self) -> usize {
+        self.width.max(1)
+    }
+
+    /// Appends that of a lane to those of its episode.
+    fn keep(&self, lane: usize, to: &mut Vec<u8>) {
+        match self.get(lane) {
+            Act::Index(place) => to.extend(u32::try_from(place).expect("far fewer").to_le_bytes()),
+            Act::Vector(vector) => to.extend(vector.iter().flat_map(|x| x.to_le_bytes())),
+        }
+    }
+
+    /// Takes back that of a lane.
+    fn restore(&mut self, lane: usize, from: &[u8]) {
+        let (words, _) = from.as_chunks::<4>();
+        if self.width == 0 {
+            self.places[lane] = u32::from_le_bytes(words[0]) as usize;
+        } else {
+            let vector = &mut self.vectors[lane * self.width..][..self.width];
+            vector.iter_mut().zip(words).for_each(|(x, word)| *x = f32::from_le_bytes(*word));
+        }
+    }
+}
+
+/// What came of one step in each lane.
+#[derive(Clone, Debug)]
+pub struct Step {
+    /// What was seen before it.
+    pub before: Columns,
+    /// What was done.
+    pub acts: Acts,
+    /// What was paid.
+    pub rewards: Vec<f32>,
+    /// What was seen after it, of episodes that are over too.
+    pub after: Columns,
+    /// Which episodes are over.
+    pub ends: Vec<End>,
+    /// What the worlds told besides, as many numbers a lane as [`Spec::tells`] has names.
+    pub told: Vec<f32>,
+}
+
+/// An episode that is over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finished {
+    /// The lane in which it was.
+    pub lane: usize,
+    /// The sum of its rewards.
+    pub payoff: f64,
+    /// How many steps it had.
+    pub length: u64,
+}
+
+struct Lane {
+    world: Box<dyn World>,
+    luck: Luck,
+    episode: u64,
+    length: u64,
+    payoff: f64,
+    /// The actions of the episode so far.
+    acts: Vec<u8>,
+}
+
+/// Worlds side by side. What chance decides in each depends on the seed, the stream, the lane and the episode alone.
+pub struct Lanes<'a> {
+    ctx: Ctx<'a>,
+    stream: &'static str,
+    spec: Spec,
+    lanes: Vec<Lane>,
+    seen: Columns,
+    step: Step,
+    finished: Vec<Finished>,
+}
+
+impl<'a> Lanes<'a> {
+    /// `n` lanes of an environment at the beginning of episode `first`.
+    ///
+    /// # Errors
+    /// If there are no such worlds.
+    pub fn open(
+        env: &dyn Env,
+        n: usize,
+        ctx: &Ctx<'a>,
+        (stream, first): (&'static str, u64),
+    ) -> Result<Self, OpError> {
+        let spec = env.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
+        let mut lanes = Vec::new();
+        for lane in 0..n {
+            let luck = Luck::of(ctx, stream, lane as u64, first);
+            let world = env.open()?;
+            let (length, payoff, acts) = (0, 0.0, Vec::new());
+            lanes.push(Lane { world, luck, episode: first, length, payoff, acts });
+        }
+        let rows = || Columns::zeros(spec.sees.clone(), n);
+        let step = Step {
+            before: rows(),
+            acts: Acts::of(&spec.does, n),
+            rewards: vec![0.0; n],
+            after: rows(),
+            ends: vec![End::No; n],
+            told: vec![0.0; n * spec.tells.len()],
+        };
+        let (seen, finished) = (rows(), Vec::new());
+        let mut all = Self { ctx: *ctx, stream, spec, lanes, seen, step, finished };
+        (0..n).for_each(|lane| all.reset(lane));
+        Ok(all)
+    }
+
+    /// What the worlds show and take.
+    #[must_use]
+    pub fn spec(&self) -> &Spec {
+        &self.spec
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.lanes.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.lanes.is_empty()
+    }
+
+    /// What is seen now.
+    #[must_use]
+    pub fn seen(&self) -> &Columns {
+        &self.seen
+    }
+
+    /// What is seen now, and the actions to be chosen.
+    pub fn choose(&mut self) -> (&Columns, &mut Acts) {
+        (&self.seen, &mut self.step.acts)
+    }
+
+    /// Takes the actions that were chosen: what came of it. Episodes that are over are followed by others at once.
+    pub fn step(&mut self) -> &Step {
+        std::mem::swap(&mut self.seen, &mut self.step.before);
+        for lane in 0..self.lanes.len() {
+            self.advance(lane);
+        }
+        &self.step
+    }
+
+    fn advance(&mut self, lane: usize) {
+        let Self { lanes, step, seen, spec, .. } = self;
+        let Lane { world, luck, length, payoff, acts, .. } = &mut lanes[lane];
+        let told = &mut step.told[lane * spec.tells.len()..][..spec.tells.len()];
+        let mut row = Row::of(&mut step.after, lane, told);
+        let (reward, end) = world.step(step.acts.get(lane), luck, &mut row);
+        step.acts.keep(lane, acts);
+        *length += 1;
+        *payoff += f64::from(reward);
+        let cut = end == End::No && spec.limit.is_some_and(|limit| *length >= limit);
+        let end = if cut { End::Limit } else { end };
+        (step.rewards[lane], step.ends[lane]) = (reward, end);
+        if end == End::No {
+            seen.set(lane, &step.after, lane);
+            return;
+        }
+        self.finished.push(Finished { lane, payoff: *payoff, length: *length });
+        let Lane { luck, episode, length, payoff, acts, .. } = &mut lanes[lane];
+        *episode += 1;
+        *luck = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
+        (*length, *payoff) = (0, 0.0);
+        acts.clear();
+        self.reset(lane);
+    }
+
+    fn reset(&mut self, lane: usize) {
+        let Lane { world, luck, .. } = &mut self.lanes[lane];
+        // What a world tells is of steps.
+        let told = &mut self.step.told[..0];
+        world.reset(luck, &mut Row::of(&mut self.seen, lane, told));
+    }
+
+    /// The episodes that were finished since this was asked last, in their order.
+    pub fn finished(&mut self) -> std::vec::Drain<'_, Finished> {
+        self.finished.drain(..)
+    }
+
+    /// Walks over what it takes to be where it is: an unfinished episode is its number and its actions, which are
+    /// taken again.
+    pub fn state(&mut self, state: &mut State) {
+        let mut restored = false;
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            let (before, n) = (lane.episode, lane.acts.len());
+            state.count(&format!("{i}.episode"), &mut lane.episode);
+            state.bytes(&format!("{i}.acts"), &mut lane.acts);
+            restored |= (before, n) != (lane.episode, lane.acts.len());
+        }
+        if restored {
+            (0..self.lanes.len()).for_each(|lane| self.replay(lane));
+        }
+    }
+
+    fn replay(&mut self, lane: usize) {
+        let Lane { luck, episode, length, payoff, acts, .. } = &mut self.lanes[lane];
+        *luck = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
+        (*length, *payoff) = (0, 0.0);
+        let acts = std::mem::take(acts);
+        self.reset(lane);
+        for act in acts.chunks_exact(4 * self.step.acts.kept()) {
+            self.step.acts.restore(lane, act);
+            self.advance(lane);
+        }
+        self.finished.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Chain;
+
+    fn lanes<'a>(ctx: &Ctx<'a>) -> Lanes<'a> {
+        let env = Chain { cells: 6, slip: 0.3, goal: true };
+        Lanes::open(&env, 3, ctx, ("learn", 0)).unwrap()
+    }
+
+    /// Two steps to the right, and one to the left.
+    fn go(lanes: &mut Lanes<'_>, t: usize) -> (Step, Vec<Finished>) {
+        lanes.choose().1.places.fill(usize::from(t % 3 != 2));
+        let step = lanes.step().clone();
+        (step, lanes.finished().collect())
+    }
+
+    #[test]
+    fn an_unfinished_episode_is_taken_again_to_the_same_bits() {
+        let ctx = Ctx::new("learn", 5, None);
+        for stop in [1, 4, 17, 30] {
+            let mut one = lanes(&ctx);
+            (0..stop).for_each(|t| drop(go(&mut one, t)));
+            let bytes = State::keep(|state| one.state(state));
+            let mut other = lanes(&ctx);
+            assert!(State::restore(&bytes, |state| other.state(state)));
+            assert_eq!(other.seen(), one.seen());
+            for t in stop..stop + 40 {
+                let ((a, done), (b, also)) = (go(&mut one, t), go(&mut other, t));
+                assert_eq!((a.before, a.after, a.rewards), (b.before, b.after, b.rewards));
+                assert_eq!((a.ends, done), (b.ends, also));
+            }
+        }
+    }
+
+    #[test]
+    fn episodes_are_counted_and_lanes_differ() {
+        let ctx = Ctx::new("learn", 5, None);
+        let mut lanes = lanes(&ctx);
+        let mut finished = Vec::new();
+        for t in 0..200 {
+            finished.extend(go(&mut lanes, t).1);
+        }
+        assert!(finished.len() > 20 && finished.iter().all(|e| e.payoff == 1.0 && e.length > 0));
+        let of = |lane| finished.iter().filter(move |e| e.lane == lane).map(|e| e.length);
+        assert_ne!(of(0).take(5).collect::<Vec<_>>(), of(1).take(5).collect::<Vec<_>>());
+    }
+}
