@@ -230,6 +230,12 @@ impl<F: Real> Graph<F> {
         self.arena.borrow().value(var).to_vec()
     }
 
+    /// The numbers of a value, copied over others.
+    pub fn read(&self, var: Var, into: &mut Vec<F>) {
+        into.clear();
+        into.extend_from_slice(self.arena.borrow().value(var));
+    }
+
     /// The only number of a value.
     ///
     /// # Panics

@@ -1,15 +1,23 @@
 //! How agents act in environments step by step, and how they learn to.
 
 mod act;
+mod actor;
+#[expect(clippy::module_inception, reason = "an agent is what this folder is of")]
+mod agent;
 mod cloned;
 mod control;
 mod dynamic;
 mod estimate;
+mod evaluate;
+mod explore;
 mod implicit;
+mod learn;
+mod method;
 mod policy;
 mod policy_gradient;
 mod q_ensemble;
 mod reach;
+mod replay;
 mod tabular;
 pub mod tabular_loss;
 mod without;
@@ -17,12 +25,17 @@ mod world;
 
 use ivx_op::Registry;
 
+pub use actor::{Actor, Random, Trained};
+pub use agent::{Acting, Agent, Choice};
 pub use act::{Act, Demonstrations, Returns, Visits};
 pub use cloned::ClonedPolicy;
 pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
 pub use dynamic::{PolicyValues, ValueIteration};
 pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
+pub use evaluate::{Evaluate, Evaluation};
 pub use implicit::{ImplicitActionValues, ImplicitOptimalValues, ImplicitValues, SampledValues};
+pub use learn::{Learn, Learned, Span};
+pub use method::{Dqn, Learning, Method, Setting};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};
 pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};
@@ -36,7 +49,11 @@ pub use world::{
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
-    world::register(registry)
+    method::register(world::register(registry))
+        .parts(actor::actors())
+        .parts(learn::spans())
+        .op::<Learn>()
+        .op::<Evaluate>()
         .parts(estimate::estimators())
         .parts(control::bootstraps())
         .parts(policy_gradient::critics())

@@ -4,12 +4,13 @@ use std::fmt::Debug;
 
 use ivx_data::{Columns, Field, Misfit, Values};
 use ivx_op::OpError;
+use serde::{Deserialize, Serialize};
 
 use crate::finite::Finite;
 use crate::luck::Luck;
 
 /// What a world shows and takes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spec {
     /// What is seen of it at each step.
     pub sees: Vec<Field>,
@@ -21,8 +22,29 @@ pub struct Spec {
     pub limit: Option<u64>,
 }
 
+impl Spec {
+    /// Whether who acts in this world can act in another: it shows and takes the same.
+    ///
+    /// # Errors
+    /// If not.
+    pub fn same(&self, other: &Self) -> Result<(), Misfit> {
+        if (&self.sees, &self.does) == (&other.sees, &other.does) {
+            return Ok(());
+        }
+        let told = |spec: &Self| {
+            let fields = spec.sees.iter().map(|field| format!("{} {:?}", field.name, field.shape));
+            let fields: Vec<String> = fields.collect();
+            format!("{} with {}", fields.join(" and "), spec.does.told())
+        };
+        Err(Misfit::new(
+            format!("the agent knows {}, and this world has {}", told(self), told(other)),
+            "let it act in worlds such as it has learned in",
+        ))
+    }
+}
+
 /// The actions of a world.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Actions {
     /// One of these.
     Discrete(Vec<String>),
@@ -40,6 +62,29 @@ impl Actions {
     #[must_use]
     pub fn named(names: &[&str]) -> Self {
         Self::Discrete(names.iter().map(|name| (*name).to_owned()).collect())
+    }
+
+    /// How many there are.
+    ///
+    /// # Errors
+    /// If they are vectors; then who asks does not fit.
+    pub fn n_discrete(&self) -> Result<usize, Misfit> {
+        match self {
+            Self::Discrete(names) => Ok(names.len()),
+            Self::Continuous { .. } => {
+                let message = "it takes one of some actions, and those of this world are vectors";
+                Err(Misfit::new(message.to_owned(), "use a world with discrete actions"))
+            }
+        }
+    }
+
+    /// `6 actions` or `actions of 2 numbers`.
+    #[must_use]
+    pub fn told(&self) -> String {
+        match self {
+            Self::Discrete(names) => format!("{} actions", names.len()),
+            Self::Continuous { low, .. } => format!("actions of {} numbers", low.len()),
+        }
     }
 }
 

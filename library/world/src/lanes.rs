@@ -100,6 +100,8 @@ struct Lane {
     payoff: f64,
     /// The actions of the episode so far.
     acts: Vec<u8>,
+    /// Whether it is left as it is.
+    rests: bool,
 }
 
 /// Worlds side by side. What chance decides in each depends on the seed, the stream, the lane and the episode alone.
@@ -130,7 +132,8 @@ impl<'a> Lanes<'a> {
             let luck = Luck::of(ctx, stream, lane as u64, first);
             let world = env.open()?;
             let (length, payoff, acts) = (0, 0.0, Vec::new());
-            lanes.push(Lane { world, luck, episode: first, length, payoff, acts });
+            let (episode, rests) = (first, false);
+            lanes.push(Lane { world, luck, episode, length, payoff, acts, rests });
         }
         let rows = || Columns::zeros(spec.sees.clone(), n);
         let step = Step {
@@ -180,9 +183,16 @@ impl<'a> Lanes<'a> {
     pub fn step(&mut self) -> &Step {
         std::mem::swap(&mut self.seen, &mut self.step.before);
         for lane in 0..self.lanes.len() {
-            self.advance(lane);
+            if !self.lanes[lane].rests {
+                self.advance(lane);
+            }
         }
         &self.step
+    }
+
+    /// Leaves a lane as it is from here on.
+    pub fn rest(&mut self, lane: usize) {
+        self.lanes[lane].rests = true;
     }
 
     fn advance(&mut self, lane: usize) {

@@ -138,9 +138,17 @@ impl<F: Real> Graph<F> {
     /// # Panics
     /// If an item has more than 2^32 numbers.
     pub fn max_items(&self, x: Var) -> Var {
-        let shape = self.shape(x);
-        let width = shape.width();
-        let index = self.keep(shape.n, |arena, out| {
+        self.pick(x, self.argmax_items(x))
+    }
+
+    /// The place of the largest number of each item, the first of equals; it has no gradient.
+    ///
+    /// # Panics
+    /// If an item has more than 2^32 numbers.
+    pub fn argmax_items(&self, x: Var) -> Var {
+        let Shape { n, .. } = self.shape(x);
+        let width = self.shape(x).width();
+        self.keep(n, |arena, out| {
             for (index, row) in out.iter_mut().zip(arena.value(x).chunks_exact(width)) {
                 let first = row
                     .iter()
@@ -148,8 +156,7 @@ impl<F: Real> Graph<F> {
                     .fold(0, |best, (i, x)| if *x > row[best] { i } else { best });
                 *index = F::of(f64::from(u32::try_from(first).expect("items are short")));
             }
-        });
-        self.pick(x, index)
+        })
     }
 
     /// The numbers of several values side by side, item by item, as vectors.

@@ -1,0 +1,227 @@
+//! Deep Q-learning (Mnih et al., 2015).
+
+use std::collections::BTreeMap;
+
+use ivx_data::{Columns, Misfit};
+use ivx_nn::optim::Pull;
+use ivx_nn::{
+    Descent, Follow, Graph, Live, Module, Net, Networks, Optimiser, Real, Rule, Schedule, Shape,
+    Var,
+};
+use ivx_op::{Ctx, OpError, Part, State, declare};
+use ivx_world::{Acts, Spec, Step};
+use rand_chacha::ChaCha8Rng;
+
+use super::super::agent::{Agent, Choice, best, look, sight};
+use super::super::explore::Explore;
+use super::super::replay::{Batch, Replay};
+use super::target::Target;
+use super::{Learning, Means, Method, Setting};
+
+declare! {
+    /// Deep Q-learning (Mnih et al., 2015): a network of action values lowers Huber's loss of its temporal-difference
+    /// errors on steps drawn from a replay, with targets by a copy of it that follows.
+    ///
+    /// The target of a step is what is paid over `n_step` steps and what the best action is worth then (Eqn. 2.44);
+    /// nothing follows an end, and what was cut off is worth what its last state is. It acts by the best action but for
+    /// `epsilon`, and when it is measured always.
+    pub struct Dqn = "dqn" @ 1 {
+        /// The layers up to the last linear map.
+        net: Box<dyn Net> = Part::new("mlp").with("hidden", vec![64_i64, 64]);
+        /// What a reward one step later is worth.
+        discount: f64 = 0.99, in 0.0..=1.0;
+        /// How many steps a target looks ahead (Sutton, 1988).
+        n_step: usize = 1, in 1.0..=1e3, unit "steps";
+        /// Whether the network itself says which action is best, and the copy only what it is worth (van Hasselt et al.,
+        /// 2016).
+        double: bool = false;
+        /// How many steps an update looks at.
+        batch: usize = 32, in 1.0..=1e6;
+        /// How many steps are kept.
+        replay: usize = 100_000, in 1.0..=1e8;
+        /// After how many steps learning begins; all actions are drawn until then.
+        warm_up: u64 = 5_000, in 1.0.., unit "steps";
+        /// How many steps there are to an update.
+        every: u64 = 4, in 1.0.., unit "steps";
+        /// How the copy follows.
+        target: Box<dyn Target> = Part::new("copied").with("every", 250_i64);
+        /// The probability of an action drawn evenly.
+        epsilon: Box<dyn Schedule> = Part::new("linear").with("from", 1.0).with("to", 0.1);
+        /// After how many steps it stays as it is.
+        explore: u64 = 100_000, in 1.0.., unit "steps";
+        /// How the loss is lowered.
+        optimiser: Box<dyn Optimiser> = Part::new("adam")
+            .with("lr", Part::new("constant").with("value", 2.5e-4));
+        /// Up to which error the loss is a square.
+        huber: f64 = 1.0, in f64::MIN_POSITIVE..;
+    }
+}
+
+impl Dqn {
+    fn module(&self, spec: &Spec) -> Result<Module, Misfit> {
+        let n = spec.does.n_discrete()?;
+        if n > 256 {
+            return Err(Misfit::new(format!("there are {n} actions, above 256"), "use fewer"));
+        }
+        ivx_nn::headed(&*self.net, &sight(&spec.sees), &[n])
+    }
+}
+
+impl Method for Dqn {
+    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
+        self.module(spec).map(drop)
+    }
+
+    fn memory(&self, spec: &Spec) -> u64 {
+        let Ok(module) = self.module(spec) else { return 0 };
+        // A parameter, its gradient, two averages, the copy, and two more while it is kept.
+        let params = module.n_params() * 7 * 4;
+        let outputs = module.n_outputs(&sight(&spec.sees)) * self.batch as u64 * 3 * 4;
+        // The replay, and once more while it is kept.
+        params + outputs + 2 * Replay::bytes(&spec.sees, self.replay)
+    }
+
+    fn begin<'a>(
+        &'a self,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        let failed = |misfit: Misfit| OpError::Failed(misfit.message);
+        let spec = setting.spec;
+        let modules = BTreeMap::from([("q".to_owned(), self.module(spec).map_err(failed)?)]);
+        let mut live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
+        live.target("q");
+        let steps = setting.steps.map_or(u64::MAX, |n| n.saturating_sub(self.warm_up) / self.every);
+        let rule = Rule { optimiser: &*self.optimiser, pull: Pull::NONE, steps };
+        Ok(Box::new(Learner {
+            how: self,
+            descent: Descent::new(&live, &["q"], rule),
+            live,
+            replay: Replay::new(
+                &spec.sees,
+                (self.replay, setting.lanes),
+                (self.n_step, self.discount),
+            ),
+            explore: Explore {
+                epsilon: &*self.epsilon,
+                over: self.explore,
+                warm_up: self.warm_up,
+                rng: ctx.rng("explore", &[]),
+            },
+            spec: spec.clone(),
+            draws: ctx.rng("replay", &[]),
+            follow: self.target.rule(),
+            batch: Batch::default(),
+            losses: Means::new(&["loss", "value"]),
+            tried: Vec::new(),
+            values: Vec::new(),
+        }))
+    }
+}
+
+struct Learner<'a> {
+    how: &'a Dqn,
+    live: Live,
+    descent: Descent<'a>,
+    replay: Replay,
+    explore: Explore<'a>,
+    spec: Spec,
+    draws: ChaCha8Rng,
+    follow: Follow,
+    batch: Batch,
+    losses: Means,
+    tried: Vec<Option<usize>>,
+    values: Vec<f32>,
+}
+
+impl Learning for Learner<'_> {
+    fn act(&mut self, t: u64, seen: &Columns, acts: &mut Acts) {
+        let Ok(n) = self.spec.does.n_discrete() else { unreachable!("it fits") };
+        self.explore.tried(t, n, seen.len(), &mut self.tried);
+        if self.tried.iter().any(Option::is_none) {
+            self.live.graph.begin();
+            let q = self.live.graph.still(|| self.live.pass("q", look(&self.live, seen)));
+            self.live.graph.read(q, &mut self.values);
+        } else {
+            self.values.resize(n * seen.len(), 0.0);
+        }
+        let rows = self.tried.iter().zip(self.values.chunks_exact(n));
+        for (act, (tried, values)) in acts.places.iter_mut().zip(rows) {
+            *act = tried.unwrap_or_else(|| best(values));
+        }
+    }
+
+    fn see(&mut self, step: &Step) {
+        self.replay.push(step);
+    }
+
+    fn learn(&mut self, t: u64) {
+        if t < self.how.warm_up {
+            return;
+        }
+        let due = (t - self.how.warm_up) / self.how.every + 1;
+        while self.descent.done() < due {
+            self.update();
+        }
+    }
+
+    fn updates(&self) -> u64 {
+        self.descent.done()
+    }
+
+    fn agent(&self) -> Agent {
+        Agent { acts: Choice::Greedy, nets: self.live.networks(), spec: self.spec.clone() }
+    }
+
+    fn losses(&mut self) -> &mut Means {
+        &mut self.losses
+    }
+
+    fn state(&mut self, state: &mut State) {
+        state.within("live", |state| self.live.state(state));
+        state.within("descent", |state| self.descent.state(state));
+        state.within("replay", |state| self.replay.state(state));
+        state.within("losses", |state| self.losses.state(state));
+    }
+}
+
+impl Learner<'_> {
+    fn update(&mut self) {
+        let Self { how, live, replay, batch, draws, .. } = self;
+        draws.set_stream(self.descent.done());
+        draws.set_word_pos(0);
+        replay.draw(how.batch, draws, batch);
+        let mut value = f64::NAN;
+        let loss = self.descent.lower(live, |live| {
+            let graph = &live.graph;
+            let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
+            let target = graph.still(|| {
+                let next = replay.look(graph, &batch.next);
+                let own = how.double.then(|| live.pass("q", next));
+                let (pays, weighs) = (column(&batch.rewards), column(&batch.discounts));
+                q_target(graph, (live.pass("target.q", next), own), pays, weighs)
+            });
+            let q = live.pass("q", replay.look(graph, &batch.rows));
+            let chosen = graph.pick(q, column(&batch.acts));
+            value = graph.scalar(graph.still(|| graph.mean(chosen))).into();
+            graph.mean(graph.huber(chosen, target, how.huber))
+        });
+        self.losses.add(&[loss, value]);
+        self.live.follow(self.follow, self.descent.done());
+    }
+}
+
+/// `r + γ max_a q⁻(s', a)`; where `own` values say which action is best, `r + γ q⁻(s', argmax_a q(s', a))`.
+///
+/// - `next`: the values of the copy, and of the network itself, of the actions in each state that follows.
+/// - `rewards`: what is paid up to there, one number an item.
+/// - `discounts`: what the rest weighs, 0 where nothing follows.
+pub(crate) fn q_target<F: Real>(
+    graph: &Graph<F>,
+    (next, own): (Var, Option<Var>),
+    rewards: Var,
+    discounts: Var,
+) -> Var {
+    let best = graph.pick(next, graph.argmax_items(own.unwrap_or(next)));
+    graph.add(graph.mul(best, discounts), rewards)
+}

@@ -1,0 +1,87 @@
+//! How agents learn in worlds of any kind.
+
+mod dqn;
+mod means;
+mod target;
+
+use std::fmt::Debug;
+use std::sync::LazyLock;
+
+use ivx_data::{Columns, Misfit};
+use ivx_op::{Ctx, OpError, Parts, Registry, State, family};
+use ivx_world::{Acts, Spec, Step};
+
+pub use dqn::Dqn;
+pub(crate) use means::Means;
+
+use super::agent::Agent;
+
+/// In which circumstances an agent learns.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// What the world shows and takes.
+    pub spec: &'a Spec,
+    /// How many worlds there are side by side.
+    pub lanes: usize,
+    /// How many steps there are in all, where that is known.
+    pub steps: Option<u64>,
+}
+
+/// A way to learn by acting, or from what others did.
+pub trait Method: Debug + Send + Sync {
+    /// Whether it learns in such a world.
+    ///
+    /// # Errors
+    /// Why not.
+    fn fits(&self, spec: &Spec) -> Result<(), Misfit>;
+
+    /// How many bytes of memory it takes, about.
+    fn memory(&self, spec: &Spec) -> u64;
+
+    /// An agent that has learned nothing yet.
+    ///
+    /// # Errors
+    /// If there can be none.
+    fn begin<'a>(
+        &'a self,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError>;
+}
+
+/// An agent that learns.
+pub trait Learning {
+    /// Chooses an action for each lane, after `t` steps of all together.
+    fn act(&mut self, t: u64, seen: &Columns, acts: &mut Acts);
+
+    /// Sees what came of it.
+    fn see(&mut self, step: &Step);
+
+    /// Learns from what it saw, now that `t` steps are done.
+    fn learn(&mut self, t: u64);
+
+    /// How many updates it has made.
+    fn updates(&self) -> u64;
+
+    /// The agent of this moment.
+    fn agent(&self) -> Agent;
+
+    /// The parts of its loss.
+    fn losses(&mut self) -> &mut Means;
+
+    /// Walks over all that changes.
+    fn state(&mut self, state: &mut State);
+}
+
+family!(dyn Method, "Method", methods);
+
+fn methods() -> &'static Parts<dyn Method> {
+    static TABLE: LazyLock<Parts<dyn Method>> =
+        LazyLock::new(|| Parts::<dyn Method>::new().with(|x: Dqn| Box::new(x)));
+    &TABLE
+}
+
+/// Adds what this folder declares.
+pub(super) fn register(registry: Registry) -> Registry {
+    registry.parts(methods()).parts(target::targets())
+}
