@@ -2,6 +2,7 @@
 
 mod belief;
 mod boxes;
+mod classic;
 mod copy;
 mod env;
 mod examples;
@@ -30,6 +31,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub use belief::BeliefOver;
 pub use boxes::Boxes;
+pub use classic::{Acrobot, CartPole, Control, MountainCar, MountainCarContinuous, Pendulum};
 pub use copy::Copying;
 pub use env::{Act, Actions, End, Env, Row, Spec, World};
 pub use examples::Examples;
@@ -152,7 +154,9 @@ tables! {
     regions: Region = "Region" { Interval, Intervals }
     places: Points = "Points" { Grid, Grids }
     tasks: Task = "Task" { Copying, Glyphs }
-    envs: Env = "Env" { Chain, GoalWorld, Gridworld }
+    envs: Env = "Env" {
+        Acrobot, CartPole, Chain, GoalWorld, Gridworld, MountainCar, MountainCarContinuous, Pendulum
+    }
 }
 
 /// Values at places, over the dimension `x`.

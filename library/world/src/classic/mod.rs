@@ -1,0 +1,164 @@
+//! Classic control: small systems that move by an equation.
+
+mod acrobot;
+mod cart_pole;
+mod mountain_car;
+mod mountain_car_continuous;
+mod pendulum;
+
+use std::fmt::Debug;
+
+use ivx_data::{Field, Kind, Misfit};
+use ivx_op::OpError;
+
+pub use acrobot::Acrobot;
+pub use cart_pole::CartPole;
+pub use mountain_car::MountainCar;
+pub use mountain_car_continuous::MountainCarContinuous;
+pub use pendulum::Pendulum;
+
+use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::luck::Luck;
+
+/// A system of classic control: where it starts, how it moves and what is seen of it.
+///
+/// It is reckoned in double precision and seen in single.
+pub trait Control: Debug + Send + Sync + 'static {
+    /// Its state, an array.
+    type State: Copy + Default + Send + AsRef<[f64]>;
+
+    /// What is seen of a state, an array too.
+    type Seen: AsRef<[f32]>;
+
+    /// After how many steps an episode is cut off.
+    const LIMIT: u64;
+
+    /// What can be done.
+    fn does() -> Actions;
+
+    /// Where an episode starts.
+    fn start(luck: &mut Luck) -> Self::State;
+
+    /// The state that follows, what the step pays, and whether the episode is over.
+    fn step(state: Self::State, act: Act<'_>) -> (Self::State, f64, bool);
+
+    /// What is seen of a state.
+    fn seen(state: Self::State) -> Self::Seen;
+}
+
+macro_rules! envs {
+    ($($system:ty),+) => {$(
+        impl Env for $system {
+            fn spec(&self) -> Result<Spec, Misfit> {
+                Ok(spec::<Self>())
+            }
+
+            fn open(&self) -> Result<Box<dyn World>, OpError> {
+                Ok(Box::new(Moving::<Self> { state: Default::default() }))
+            }
+        }
+    )+};
+}
+
+envs!(Acrobot, CartPole, MountainCar, MountainCarContinuous, Pendulum);
+
+fn spec<C: Control>() -> Spec {
+    let width = C::seen(C::State::default()).as_ref().len();
+    Spec {
+        sees: vec![Field::new("observation", &[width], Kind::F32)],
+        does: C::does(),
+        tells: Vec::new(),
+        limit: Some(C::LIMIT),
+    }
+}
+
+/// A system as it moves.
+struct Moving<C: Control> {
+    state: C::State,
+}
+
+impl<C: Control> World for Moving<C> {
+    fn reset(&mut self, luck: &mut Luck, row: &mut Row<'_>) {
+        self.state = C::start(luck);
+        show::<C>(self.state, row);
+    }
+
+    fn step(&mut self, act: Act<'_>, _: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+        let (state, reward, over) = C::step(self.state, act);
+        self.state = state;
+        show::<C>(state, row);
+        (single(reward), if over { End::Terminal } else { End::No })
+    }
+}
+
+fn show<C: Control>(state: C::State, row: &mut Row<'_>) {
+    // So few that to copy them one by one is faster than a call that copies any number.
+    for (shown, number) in row.numbers(0).iter_mut().zip(C::seen(state).as_ref()) {
+        *shown = *number;
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "what is seen has single precision")]
+fn single(number: f64) -> f32 {
+    number as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use ivx_data::{Columns, Values};
+
+    use super::*;
+
+    /// Steps a world as whoever learns would: it shows and pays what its system says, in single precision.
+    fn check<C: Control + Env>(env: &C, act: Act<'_>) {
+        let spec = env.spec().unwrap();
+        let mut seen = Columns::zeros(spec.sees, 2);
+        let (mut world, mut luck) = (env.open().unwrap(), Luck::numpy(1));
+        let mut state = C::start(&mut luck.clone());
+        world.reset(&mut luck, &mut Row::of(&mut seen, 1, &mut []));
+        for _ in 0..5 {
+            let Values::F32(numbers) = seen.values(0) else { panic!("numbers") };
+            let expected = C::seen(state);
+            let (other, shown) = numbers.split_at(expected.as_ref().len());
+            assert!(shown == expected.as_ref() && other.iter().all(|x| *x == 0.0));
+            let (next, pays, over) = C::step(state, act);
+            let found = world.step(act, &mut luck, &mut Row::of(&mut seen, 1, &mut []));
+            assert_eq!(found, (single(pays), if over { End::Terminal } else { End::No }));
+            state = next;
+        }
+    }
+
+    #[test]
+    fn worlds_show_and_pay_what_their_systems_say() {
+        check(&CartPole {}, Act::Index(1));
+        check(&MountainCar {}, Act::Index(0));
+        check(&MountainCarContinuous {}, Act::Vector(&[0.5]));
+        check(&Acrobot {}, Act::Index(2));
+        check(&Pendulum {}, Act::Vector(&[-1.5]));
+    }
+
+    /// Many starts lie within these bounds, and come near them.
+    fn starts<C: Control>(low: &[f64], high: &[f64]) {
+        let mut luck = Luck::numpy(0);
+        let drawn: Vec<C::State> = (0..2_000).map(|_| C::start(&mut luck)).collect();
+        for (i, (low, high)) in low.iter().zip(high).enumerate() {
+            let numbers = drawn.iter().map(|state| state.as_ref()[i]);
+            let (least, most) =
+                numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            let near = (high - low) / 100.0;
+            assert!(least >= *low && least <= low + near, "{least} is not {low}");
+            assert!(most <= *high && most >= high - near, "{most} is not {high}");
+        }
+    }
+
+    #[test]
+    fn episodes_start_anywhere_between_bounds() {
+        starts::<CartPole>(&[-0.05; 4], &[0.05; 4]);
+        starts::<MountainCar>(&[-0.6, 0.0], &[-0.4, 0.0]);
+        starts::<MountainCarContinuous>(&[-0.6, 0.0], &[-0.4, 0.0]);
+        starts::<Acrobot>(&[-0.1; 4], &[0.1; 4]);
+        starts::<Pendulum>(&[-PI, -1.0], &[PI, 1.0]);
+    }
+}
