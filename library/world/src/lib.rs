@@ -3,6 +3,7 @@
 mod belief;
 mod boxes;
 mod classic;
+mod coin_grid;
 mod copy;
 mod env;
 mod examples;
@@ -32,6 +33,7 @@ use rand_chacha::ChaCha8Rng;
 pub use belief::BeliefOver;
 pub use boxes::Boxes;
 pub use classic::{Acrobot, CartPole, Control, MountainCar, MountainCarContinuous, Pendulum};
+pub use coin_grid::{CoinGrid, Coins};
 pub use copy::Copying;
 pub use env::{Act, Actions, End, Env, Row, Spec, World};
 pub use examples::Examples;
@@ -155,7 +157,7 @@ tables! {
     places: Points = "Points" { Grid, Grids }
     tasks: Task = "Task" { Copying, Glyphs }
     envs: Env = "Env" {
-        Acrobot, CartPole, Chain, GoalWorld, Gridworld, MountainCar, MountainCarContinuous, Pendulum
+        Acrobot, CartPole, Chain, CoinGrid, GoalWorld, Gridworld, MountainCar, MountainCarContinuous, Pendulum
     }
 }
 

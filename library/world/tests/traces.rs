@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use ivx_world::{
-    Acrobot, Act, Actions, CartPole, Control, MountainCar, MountainCarContinuous, Pendulum,
+    Acrobot, Act, Actions, CartPole, Coins, Control, MountainCar, MountainCarContinuous, Pendulum,
 };
 use serde_json::Value;
 
@@ -73,6 +73,63 @@ fn take<C: Control>(state: C::State, action: &Value) -> (C::State, f64, bool) {
     match C::does() {
         Actions::Discrete(_) => C::step(state, Act::Index(place(action))),
         Actions::Continuous { .. } => C::step(state, Act::Vector(&[single(action)])),
+    }
+}
+
+#[test]
+fn golden_coins_are_collected_as_in_the_traces() {
+    let folder = folder("IVX_WORLDS_DIR").join("coingrid");
+    if !folder.exists() && std::env::var_os("IVX_WORLDS_DIR").is_some() {
+        return;
+    }
+    let entries = std::fs::read_dir(&folder);
+    let entries = entries.unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let paths = entries.map(|entry| entry.expect("it can be read").path());
+    let mut paths: Vec<PathBuf> =
+        paths.filter(|path| path.extension().is_some_and(|end| end == "json")).collect();
+    paths.sort();
+    assert!(!paths.is_empty(), "{} has no trace to check", folder.display());
+    for path in paths {
+        let file = read(&path);
+        assert_eq!(file["format"], "ivx-coingrid-golden-1");
+        for (i, episode) in list(&file["episodes"]).iter().enumerate() {
+            collect(&format!("{}, episode {i}", path.display()), episode);
+        }
+    }
+}
+
+/// Follows an episode of a grid of coins from its start on, also where no coin is left.
+fn collect(name: &str, episode: &Value) {
+    const SIDE: usize = 7;
+    let start = &episode["init"];
+    let cell = |x: &Value, y: &Value| place(y) * SIDE + place(x);
+    let mut state = Coins {
+        coins: [0; 3],
+        walls: Coins::BORDER,
+        at: cell(&start["pos"][0], &start["pos"][1]),
+        faces: place(&start["dir"]),
+    };
+    for wall in list(&start["walls"]) {
+        state.walls |= 1 << cell(&wall[0], &wall[1]);
+    }
+    for coin in list(&start["coins"]) {
+        state.coins[place(&coin[0])] |= 1 << cell(&coin[1], &coin[2]);
+    }
+    // The traces have a channel last, we have it first.
+    let seen = |state: &Coins| -> Vec<usize> {
+        let mut grid = [0; 5 * SIDE * SIDE];
+        state.show(&mut grid);
+        let ours = |there: usize| there % 5 * SIDE * SIDE + there / 5;
+        (0..grid.len()).filter(|there| grid[ours(*there)] == 1).collect()
+    };
+    let places = |value: &Value| -> Vec<usize> { list(value).iter().map(place).collect() };
+    assert_eq!(seen(&state), places(&start["view"]), "{name}, the start");
+    for (t, step) in list(&episode["steps"]).iter().enumerate() {
+        let collected = state.step(place(&step[0])).map(usize::from);
+        let found = (state.at, state.faces, collected.to_vec(), seen(&state));
+        let pose = (cell(&step[1], &step[2]), place(&step[3]));
+        let expected = (pose.0, pose.1, places(&step[4]), places(&step[5]));
+        assert_eq!(found, expected, "{name}, step {t}");
     }
 }
 

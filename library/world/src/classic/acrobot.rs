@@ -72,10 +72,10 @@ fn motion([first, second, turn1, turn2]: [f64; 4], torque: f64) -> [f64; 4] {
     let d2 = 1.25 + 0.5 * cos;
     let phi2 = 0.5 * GRAVITY * (first + second).sin();
     let phi1 = -(0.5 * turn2 * turn2 + turn1 * turn2) * sin + 1.5 * GRAVITY * first.sin() + phi2;
-    let turns2 =
+    let change2 =
         (torque + phi1 * d2 / d1 - phi2 - 0.5 * turn1 * turn1 * sin) / (1.25 - d2 * d2 / d1);
-    let turns1 = -(d2 * turns2 + phi1) / d1;
-    [turn1, turn2, turns1, turns2]
+    let change1 = -(d2 * change2 + phi1) / d1;
+    [turn1, turn2, change1, change2]
 }
 
 fn runge_kutta(state: [f64; 4], change: impl Fn([f64; 4]) -> [f64; 4]) -> [f64; 4] {
@@ -108,12 +108,12 @@ mod tests {
     fn a_torque_bends_links_that_hang() {
         // d₁ = 9/2, d₂ = 7/4, no φ: θ₂'' = 1 / (5/4 − 49/72) = 72/41, θ₁'' = −(7/4)(72/41)/(9/2) = −28/41.
         assert_eq!(motion([0.0; 4], 0.0), [0.0; 4]);
-        let [.., turns1, turns2] = motion([0.0; 4], 1.0);
-        assert!((turns2 - 72.0 / 41.0).abs() < 1e-14 && (turns1 + 28.0 / 41.0).abs() < 1e-14);
+        let [.., change1, change2] = motion([0.0; 4], 1.0);
+        assert!((change2 - 72.0 / 41.0).abs() < 1e-14 && (change1 + 28.0 / 41.0).abs() < 1e-14);
         // Stretched out sideways: φ₂ = ½ g, φ₁ = 2 g, so θ₂'' = g (7/9 − ½) (72/41) = 20/41 g, as gravity says.
-        let [.., turns1, turns2] = motion([PI / 2.0, 0.0, 0.0, 0.0], 0.0);
-        assert!((turns2 - GRAVITY * 20.0 / 41.0).abs() < 1e-14);
-        assert!((turns1 + GRAVITY * (35.0 / 41.0 + 2.0) / 4.5).abs() < 1e-14);
+        let [.., change1, change2] = motion([PI / 2.0, 0.0, 0.0, 0.0], 0.0);
+        assert!((change2 - GRAVITY * 20.0 / 41.0).abs() < 1e-14);
+        assert!((change1 + GRAVITY * (35.0 / 41.0 + 2.0) / 4.5).abs() < 1e-14);
     }
 
     #[test]

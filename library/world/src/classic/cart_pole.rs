@@ -54,10 +54,10 @@ impl Control for CartPole {
         let (sin, cos) = angle.sin_cos();
         let u = (force + POLE_MASS * LENGTH * turn * turn * sin) / TOTAL_MASS;
         let inertia = LENGTH * (4.0 / 3.0 - POLE_MASS * cos * cos / TOTAL_MASS);
-        let turns = (GRAVITY * sin - u * cos) / inertia;
-        let speeds = u - POLE_MASS * LENGTH * turns * cos / TOTAL_MASS;
+        let turn_change = (GRAVITY * sin - u * cos) / inertia;
+        let v_change = u - POLE_MASS * LENGTH * turn_change * cos / TOTAL_MASS;
 
-        let next = [x + DT * v, v + DT * speeds, angle + DT * turn, turn + DT * turns];
+        let next = [x + DT * v, v + DT * v_change, angle + DT * turn, turn + DT * turn_change];
         (next, 1.0, next[0].abs() > FARTHEST || next[2].abs() > STEEPEST)
     }
 

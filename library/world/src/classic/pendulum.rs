@@ -50,8 +50,8 @@ impl Control for Pendulum {
         let off = (angle + PI).rem_euclid(TAU) - PI;
         let cost = off * off + 0.1 * turn * turn + 0.001 * torque * torque;
 
-        let turns = 1.5 * GRAVITY * angle.sin() + 3.0 * torque;
-        let turn = (turn + DT * turns).clamp(-FASTEST, FASTEST);
+        let turn_change = 1.5 * GRAVITY * angle.sin() + 3.0 * torque;
+        let turn = (turn + DT * turn_change).clamp(-FASTEST, FASTEST);
         ([angle + DT * turn, turn], -cost, false)
     }
 

@@ -1,0 +1,384 @@
+//! A grid with coins of three colours.
+
+use ivx_data::{Field, Kind, Misfit};
+use ivx_op::{Facts, OpError, Wrong, declare};
+
+use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::luck::Luck;
+
+declare! {
+    /// CoinGrid: a walled grid of 7 × 7 cells with coins of three colours (§B.1.3, Example 4.1). The agent turns left,
+    /// turns right or goes forward as in Minigrid (Chevalier-Boisvert et al., 2018); it collects a coin by entering
+    /// its cell, and a task is what coins of each colour pay (Eqn. 4.7); nothing else pays.
+    ///
+    /// Seen are five masks of the grid: green coins, red coins, yellow coins, walls, and the agent. It tells how many
+    /// coins of each colour a step has collected, which are the cumulants of Eqn. 4.6.
+    ///
+    /// Where the thesis is silent, this is our reading: the walls of the border are among the 7 × 7 cells; the agent's
+    /// own cell is marked as well as the one in front of it; there are two coins of each colour, anywhere, and no
+    /// other walls; the agent starts in any other cell and faces anywhere; yellow coins pay nothing in the tasks of
+    /// Table 4.2; an episode ends when no coin of any colour is left, whatever the task, and else after 120 steps.
+    pub struct CoinGrid = "coin_grid" @ 1 {
+        /// What a coin pays: a red one, a green one and, if there is a third number, a yellow one.
+        pays: Vec<f64> = vec![1.0, 1.0], in -1e6..=1e6;
+        /// How many coins there are of each colour.
+        coins: usize = 2, in 1.0..=5.0;
+        /// How many inner cells are walls. They shut no coin in.
+        walls: usize = 0, in 0.0..=8.0;
+        /// After how many steps an episode is cut off.
+        limit: u64 = 120, in 1.0..=1e6;
+    }
+    rule colours_are_paid_for;
+}
+
+/// How many cells a row has, and how many rows there are.
+const SIDE: usize = 7;
+const CELLS: usize = SIDE * SIDE;
+/// Those within the walls of the border.
+const INNER: usize = (SIDE - 2) * (SIDE - 2);
+
+impl Env for CoinGrid {
+    fn spec(&self) -> Result<Spec, Misfit> {
+        task(&self.pays)?;
+        Ok(Spec {
+            sees: vec![Field::new("grid", &[5, SIDE, SIDE], Kind::U8)],
+            does: Actions::named(&["LEFT", "RIGHT", "FORWARD"]),
+            tells: ["green", "red", "yellow"].map(str::to_owned).to_vec(),
+            limit: Some(self.limit),
+        })
+    }
+
+    fn open(&self) -> Result<Box<dyn World>, OpError> {
+        let pays = task(&self.pays).map_err(|misfit| OpError::Failed(misfit.message))?;
+        let state = Coins::default();
+        Ok(Box::new(Collecting { pays, coins: self.coins, walls: self.walls, state }))
+    }
+
+    fn pays(&self) -> bool {
+        self.pays.iter().any(|pays| *pays != 0.0)
+    }
+}
+
+fn colours_are_paid_for(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let Some(pays) = facts.arg::<Vec<f64>>("pays") else { return Ok(()) };
+    let wrong = |Misfit { message, help }| Wrong { arg: "pays", message, help };
+    task(&pays).map(|_| ()).map_err(wrong)
+}
+
+/// What coins pay, in the order of [`Coins::coins`].
+fn task(pays: &[f64]) -> Result<[f32; 3], Misfit> {
+    #[expect(clippy::cast_possible_truncation, reason = "rewards are seen in single precision")]
+    let single = |pays: f64| pays as f32;
+    match *pays {
+        [red, green] => Ok([single(green), single(red), 0.0]),
+        [red, green, yellow] => Ok([single(green), single(red), single(yellow)]),
+        _ => Err(Misfit::new(
+            format!(
+                "coins are red, green and yellow, and {} numbers say what they pay",
+                pays.len()
+            ),
+            "give two numbers, for red and green coins, or three, the last for yellow ones",
+        )),
+    }
+}
+
+/// Where everything is in [`CoinGrid`].
+///
+/// Cells are numbered row after row from the top left, border included, and a set of cells is a mask: bit `i` is 1 if
+/// cell `i` is in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coins {
+    /// The cells of green, of red and of yellow coins.
+    pub coins: [u64; 3],
+    /// Those of walls, with the border.
+    pub walls: u64,
+    /// That of the agent, within the border.
+    pub at: usize,
+    /// Where it faces: east, south, west or north.
+    pub faces: usize,
+}
+
+impl Coins {
+    /// The walls of the border.
+    pub const BORDER: u64 = border();
+
+    /// Turns left (0) or right (1) or goes forward (2), and says whether a green, a red or a yellow coin was collected.
+    pub fn step(&mut self, action: usize) -> [bool; 3] {
+        match action {
+            0 => self.faces = (self.faces + 3) % 4,
+            1 => self.faces = (self.faces + 1) % 4,
+            _ if has(self.walls, self.ahead()) => {}
+            _ => {
+                self.at = self.ahead();
+                let collected = self.coins.map(|coins| has(coins, self.at));
+                self.coins = self.coins.map(|coins| coins & !(1 << self.at));
+                return collected;
+            }
+        }
+        [false; 3]
+    }
+
+    /// Writes what is seen: masks of green, red and yellow coins, walls, and the agent with the cell in front of it.
+    pub fn show(&self, seen: &mut [u8]) {
+        let [green, red, yellow] = self.coins;
+        let agent = 1 << self.at | 1 << self.ahead();
+        let masks = [green, red, yellow, self.walls, agent];
+        seen.fill(0);
+        for (channel, mut mask) in seen.chunks_exact_mut(CELLS).zip(masks) {
+            while mask != 0 {
+                channel[mask.trailing_zeros() as usize] = 1;
+                mask &= mask - 1;
+            }
+        }
+    }
+
+    /// The cell in front of the agent.
+    fn ahead(&self) -> usize {
+        match self.faces {
+            0 => self.at + 1,
+            1 => self.at + SIDE,
+            2 => self.at - 1,
+            _ => self.at - SIDE,
+        }
+    }
+
+    /// An episode's start: walls, coins by colour and the agent are drawn in this order, each from the cells left.
+    fn drawn(luck: &mut Luck, coins: usize, walls: usize) -> Self {
+        loop {
+            let mut places = Places::new();
+            let mut drawn = |n| (0..n).fold(0, |mask, _| mask | 1 << places.next(luck));
+            let mut state = Self { walls: Self::BORDER | drawn(walls), ..Self::default() };
+            state.coins = [(); 3].map(|()| drawn(coins));
+            state.at = places.next(luck);
+            state.faces = luck.below(4) as usize;
+            if state.reaches_all() {
+                return state;
+            }
+        }
+    }
+
+    /// Whether the agent can go to every coin.
+    fn reaches_all(&self) -> bool {
+        let mut reached: u64 = 1 << self.at;
+        loop {
+            let near = reached << 1 | reached >> 1 | reached << SIDE | reached >> SIDE;
+            let more = reached | near & !self.walls;
+            if more == reached {
+                return self.coins.iter().all(|coins| coins & !reached == 0);
+            }
+            reached = more;
+        }
+    }
+}
+
+const fn border() -> u64 {
+    let (mut mask, mut cell) = (0, 0);
+    while cell < CELLS {
+        let (row, column) = (cell / SIDE, cell % SIDE);
+        if row == 0 || row == SIDE - 1 || column == 0 || column == SIDE - 1 {
+            mask |= 1 << cell;
+        }
+        cell += 1;
+    }
+    mask
+}
+
+fn has(mask: u64, cell: usize) -> bool {
+    mask >> cell & 1 == 1
+}
+
+/// The inner cells, drawn without putting back.
+struct Places {
+    cells: [usize; INNER],
+    n_left: usize,
+}
+
+impl Places {
+    fn new() -> Self {
+        let inner = |i| (i / (SIDE - 2) + 1) * SIDE + i % (SIDE - 2) + 1;
+        Self { cells: std::array::from_fn(inner), n_left: INNER }
+    }
+
+    fn next(&mut self, luck: &mut Luck) -> usize {
+        let drawn = luck.below(u32::try_from(self.n_left).expect("far fewer")) as usize;
+        self.n_left -= 1;
+        self.cells.swap(drawn, self.n_left);
+        self.cells[self.n_left]
+    }
+}
+
+/// A grid while its coins are collected.
+struct Collecting {
+    pays: [f32; 3],
+    coins: usize,
+    walls: usize,
+    state: Coins,
+}
+
+impl World for Collecting {
+    fn reset(&mut self, luck: &mut Luck, row: &mut Row<'_>) {
+        self.state = Coins::drawn(luck, self.coins, self.walls);
+        self.state.show(row.bytes(0));
+        row.told().fill(0.0);
+    }
+
+    fn step(&mut self, act: Act<'_>, _: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+        let collected = self.state.step(act.index()).map(|one| f32::from(u8::from(one)));
+        self.state.show(row.bytes(0));
+        row.told().copy_from_slice(&collected);
+        let reward = collected.iter().zip(self.pays).map(|(one, pays)| one * pays).sum();
+        (reward, if self.state.coins == [0; 3] { End::Terminal } else { End::No })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_data::{Columns, Values};
+
+    use super::*;
+
+    const STEPS: [&str; 3] = ["LEFT", "RIGHT", "FORWARD"];
+
+    /// A corner of the grid, with the agent at its end and a wall (#) in its way:
+    ///
+    /// ```text
+    /// > G Y #
+    ///   R
+    /// ```
+    fn corner() -> Coins {
+        let coins = [1 << 9, 1 << 16, 1 << 10];
+        Coins { coins, walls: Coins::BORDER | 1 << 11, at: 8, faces: 0 }
+    }
+
+    /// An episode by hand, of the second task of Example 4.1: 2 for red, -1 for yellow.
+    #[test]
+    fn coins_pay_when_their_cells_are_entered() {
+        let env = CoinGrid { pays: vec![2.0, 0.0, -1.0], coins: 1, walls: 1, limit: 9 };
+        let spec = env.spec().unwrap();
+        assert_eq!(spec.does, Actions::named(&STEPS));
+        let mut world =
+            Collecting { pays: task(&env.pays).unwrap(), coins: 1, walls: 1, state: corner() };
+        let mut seen = Columns::zeros(spec.sees, 1);
+        let mut luck = Luck::numpy(0);
+        let none = [0.0; 3];
+        for (action, at, faces, told, paid) in [
+            (1, 8, 1, none, 0.0),
+            (0, 8, 0, none, 0.0),
+            (2, 9, 0, [1.0, 0.0, 0.0], 0.0),
+            (2, 10, 0, [0.0, 0.0, 1.0], -1.0),
+            (2, 10, 0, none, 0.0), // The wall is in the way.
+            (1, 10, 1, none, 0.0),
+            (2, 17, 1, none, 0.0),
+            (1, 17, 2, none, 0.0),
+            (2, 16, 2, [0.0, 1.0, 0.0], 2.0),
+        ] {
+            let mut tells = [9.0; 3];
+            let row = &mut Row::of(&mut seen, 0, &mut tells);
+            let (pays, end) = world.step(Act::Index(action), &mut luck, row);
+            assert_eq!((world.state.at, world.state.faces), (at, faces));
+            assert_eq!((tells, pays), (told, paid));
+            assert_eq!(end, if at == 16 { End::Terminal } else { End::No });
+        }
+    }
+
+    #[test]
+    fn five_masks_are_seen() {
+        let mut seen = [9; 5 * CELLS];
+        corner().show(&mut seen);
+        let ones = |channel: usize| -> Vec<usize> {
+            let mask = &seen[channel * CELLS..][..CELLS];
+            assert!(mask.iter().all(|bit| *bit < 2));
+            (0..CELLS).filter(|cell| mask[*cell] == 1).collect()
+        };
+        assert_eq!([ones(0), ones(1), ones(2)], [[9], [16], [10]]);
+        assert_eq!(ones(3)[..10], [0, 1, 2, 3, 4, 5, 6, 7, 11, 13]);
+        assert_eq!(ones(3).len(), 25);
+        assert_eq!(ones(4), [8, 9]);
+    }
+
+    #[test]
+    fn the_agent_goes_where_it_faces() {
+        let mut state = Coins { coins: [0; 3], walls: Coins::BORDER, at: 24, faces: 3 };
+        let ahead = |state: &mut Coins| {
+            state.step(1);
+            state.ahead()
+        };
+        assert_eq!([(); 4].map(|()| ahead(&mut state)), [25, 31, 23, 17]);
+        // The border holds it.
+        (0..5).for_each(|_| assert_eq!(state.step(2), [false; 3]));
+        assert_eq!(state.at, 10);
+    }
+
+    #[test]
+    fn an_episode_starts_with_everything_in_a_cell_of_its_own() {
+        let mut luck = Luck::numpy(0);
+        for (coins, walls) in [(2, 0), (1, 4), (5, 8)] {
+            let (mut ever, mut faced) = (0, [false; 4]);
+            for _ in 0..200 {
+                let state = Coins::drawn(&mut luck, coins, walls);
+                let inner = state.walls & !Coins::BORDER;
+                let masks = [inner, state.coins[0], state.coins[1], state.coins[2], 1 << state.at];
+                let counts = masks.map(u64::count_ones);
+                let expected = [walls, coins, coins, coins, 1];
+                assert_eq!(counts.map(|n| n as usize), expected);
+                let all = masks.iter().fold(0, |all, mask| all | mask);
+                assert_eq!(all.count_ones() as usize, expected.iter().sum::<usize>());
+                assert!(all & Coins::BORDER == 0 && state.walls & Coins::BORDER == Coins::BORDER);
+                ever |= 1 << state.at;
+                faced[state.faces] = true;
+            }
+            assert_eq!((u64::count_ones(ever), faced), (25, [true; 4]));
+        }
+    }
+
+    #[test]
+    fn no_coin_is_shut_in() {
+        // Two walls cut off the corner in which the agent is.
+        let shut = Coins { walls: Coins::BORDER | 1 << 9 | 1 << 15, ..corner() };
+        let beside = |coin: usize| Coins { coins: [1 << coin, 0, 0], ..shut }.reaches_all();
+        assert!(!beside(16) && beside(8));
+        assert!(Coins { at: 12, faces: 0, ..corner() }.reaches_all());
+    }
+
+    #[test]
+    fn a_task_names_two_colours_or_three() {
+        assert_eq!(task(&[1.0, -1.0]), Ok([-1.0, 1.0, 0.0]));
+        assert_eq!(task(&[2.0, 0.0, -1.0]), Ok([0.0, 2.0, -1.0]));
+        assert!(task(&[1.0]).is_err() && task(&[0.0; 4]).is_err());
+        let env = |pays| CoinGrid { pays, coins: 2, walls: 0, limit: 120 };
+        assert!(env(vec![0.0, -1.0]).pays() && !env(vec![0.0, 0.0]).pays());
+        assert!(env(vec![]).spec().is_err() && env(vec![]).open().is_err());
+    }
+
+    /// What is seen, told and paid over an episode of luck agrees.
+    #[test]
+    fn a_world_starts_afresh() {
+        let env = CoinGrid { pays: vec![1.0, -1.0], coins: 2, walls: 3, limit: 120 };
+        let mut seen = Columns::zeros(env.spec().unwrap().sees, 1);
+        let (mut world, mut luck) = (env.open().unwrap(), Luck::numpy(5));
+        let count = |seen: &Columns, channel: usize| {
+            let Values::U8(bytes) = seen.values(0) else { panic!("bytes") };
+            bytes[channel * CELLS..][..CELLS].iter().map(|bit| f32::from(*bit)).sum::<f32>()
+        };
+        for _ in 0..20 {
+            let mut told = [7.0; 3];
+            world.reset(&mut luck, &mut Row::of(&mut seen, 0, &mut told));
+            assert_eq!(told, [0.0; 3]);
+            assert_eq!([0, 1, 2, 3, 4].map(|c| count(&seen, c)), [2.0, 2.0, 2.0, 27.0, 2.0]);
+            let (mut got, mut return_) = ([0.0; 3], 0.0);
+            for _ in 0..100 {
+                let act = Act::Index(luck.below(3) as usize);
+                let row = &mut Row::of(&mut seen, 0, &mut told);
+                let (pays, end) = world.step(act, &mut luck, row);
+                return_ += pays;
+                (0..3).for_each(|c| got[c] += told[c]);
+                assert_eq!([0, 1, 2].map(|c| count(&seen, c) + got[c]), [2.0; 3]);
+                assert_eq!(end == End::Terminal, got == [2.0; 3]);
+                if end == End::Terminal {
+                    break;
+                }
+            }
+            assert_eq!(return_, got[1] - got[0]);
+        }
+    }
+}
