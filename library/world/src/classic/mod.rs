@@ -139,6 +139,20 @@ mod tests {
         check(&Pendulum {}, Act::Vector(&[-1.5]));
     }
 
+    #[test]
+    fn they_are_cut_off_as_in_gymnasium() {
+        let told = |env: &dyn Env| {
+            let spec = env.spec().unwrap();
+            assert!(spec.sees.len() == 1 && spec.sees[0].name == "observation");
+            (spec.sees[0].shape[0], spec.limit)
+        };
+        assert_eq!(told(&CartPole {}), (4, Some(500)));
+        assert_eq!(told(&MountainCar {}), (2, Some(200)));
+        assert_eq!(told(&MountainCarContinuous {}), (2, Some(999)));
+        assert_eq!(told(&Acrobot {}), (6, Some(500)));
+        assert_eq!(told(&Pendulum {}), (3, Some(200)));
+    }
+
     /// Many starts lie within these bounds, and come near them.
     fn starts<C: Control>(low: &[f64], high: &[f64]) {
         let mut luck = Luck::numpy(0);

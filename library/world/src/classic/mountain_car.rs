@@ -92,8 +92,9 @@ mod tests {
         // cos 3x is −1 at −π/3.
         assert_eq!(step([-PI / 3.0, 0.07], 2), [-PI / 3.0 + 0.07, 0.07]);
         assert_eq!(step([0.0, -0.07], 0), [-0.07, -0.07]);
-        // The wall stops it.
+        // The wall on the left stops it; the end on the right only holds it.
         assert_eq!(step([-1.19, -0.05], 0), [-1.2, 0.0]);
+        assert_eq!(step([0.59, 0.07], 2), [0.6, 0.07]);
     }
 
     #[test]
