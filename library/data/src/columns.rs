@@ -1,5 +1,6 @@
 //! Rows of named columns: what is seen in a world, kept of it and learned from, in one representation.
 
+use ivx_op::State;
 use serde::{Deserialize, Serialize};
 
 /// What the numbers of a field are.
@@ -154,6 +155,23 @@ impl Columns {
         }
     }
 
+    /// Walks over all numbers, of as many rows as there are.
+    pub fn state(&mut self, state: &mut State) {
+        for (field, values) in self.fields.iter().zip(&mut self.values) {
+            match values {
+                Values::F32(values) => state.numbers(&field.name, values),
+                Values::U8(values) => state.bytes(&field.name, values),
+                Values::Index(values) => {
+                    let mut bytes = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+                    state.bytes(&field.name, &mut bytes);
+                    let (words, _) = bytes.as_chunks::<4>();
+                    let words = values.iter_mut().zip(words);
+                    words.for_each(|(x, word)| *x = u32::from_le_bytes(*word));
+                }
+            }
+        }
+    }
+
     /// How many numbers a network sees of a row.
     #[must_use]
     pub fn width(&self) -> usize {
@@ -171,6 +189,20 @@ impl Columns {
             return;
         }
         for (row, mut out) in out.chunks_exact_mut(self.width()).enumerate() {
+            for (column, field) in self.fields.iter().enumerate() {
+                let (own, rest) = out.split_at_mut(field.spread());
+                self.spread(column, row, own);
+                out = rest;
+            }
+        }
+    }
+
+    /// Some rows likewise, one after the other.
+    ///
+    /// # Panics
+    /// If there is no such row, or `out` is not as long.
+    pub fn spread_rows(&self, rows: &[usize], out: &mut [f32]) {
+        for (&row, mut out) in rows.iter().zip(out.chunks_exact_mut(self.width())) {
             for (column, field) in self.fields.iter().enumerate() {
                 let (own, rest) = out.split_at_mut(field.spread());
                 self.spread(column, row, own);

@@ -53,7 +53,7 @@ impl Shape {
 const TAPE: usize = 31;
 
 /// A value of the pass at hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Var(usize);
 
 /// The buffers of one value.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 use ivx_data::{Columns, Field};
-use ivx_math::policy::pick;
 use ivx_nn::{Live, Module, Networks, Shape, Var};
 use ivx_op::{Artifact, Tensors};
 use ivx_world::{Acts, Spec};
@@ -32,6 +31,18 @@ pub enum Choice {
     Sampled,
 }
 
+/// What the layers that come before others are called, where several share them.
+pub(crate) const TORSO: &str = "torso";
+
+impl Choice {
+    fn net(self) -> &'static str {
+        match self {
+            Self::Greedy => "q",
+            Self::Sampled => "policy",
+        }
+    }
+}
+
 /// Somebody who acts.
 pub trait Acting {
     /// Chooses an action for each lane by what is seen there.
@@ -56,17 +67,19 @@ impl Acting for Opened {
     fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
         let Self { live, acts: choice, out } = self;
         live.graph.begin();
-        let net = match choice {
-            Choice::Greedy => "q",
-            Choice::Sampled => "policy",
-        };
-        let put = live.graph.still(|| live.pass(net, look(live, seen)));
+        let put = live.graph.still(|| {
+            let mut x = look(live, seen);
+            if live.get(TORSO).is_some() {
+                x = live.pass(TORSO, x);
+            }
+            live.pass(choice.net(), x)
+        });
         live.graph.read(put, out);
         let rows = out.chunks_exact(out.len() / seen.len());
         for (place, row) in acts.places.iter_mut().zip(rows) {
             *place = match choice {
                 Choice::Greedy => best(row),
-                Choice::Sampled => sampled(row, rng),
+                Choice::Sampled => sampled(row, rng.random()).0,
             };
         }
     }
@@ -77,13 +90,18 @@ pub(crate) fn best(row: &[f32]) -> usize {
     row.iter().enumerate().fold(0, |best, (i, x)| if *x > row[best] { i } else { best })
 }
 
-/// A place drawn by logits.
-pub(crate) fn sampled(logits: &[f32], rng: &mut ChaCha8Rng) -> usize {
+/// The place that a number of `[0, 1)` draws by logits, and the logarithm of its probability.
+pub(crate) fn sampled(logits: &[f32], u: f32) -> (usize, f32) {
     let most = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let exps = logits.iter().map(|x| f64::from(x - most).exp());
-    let total: f64 = exps.clone().sum();
-    let weights: Vec<f64> = exps.map(|e| e / total).collect();
-    pick(&weights, rng.random())
+    let total: f32 = logits.iter().map(|x| (x - most).exp()).sum();
+    let mut left = u * total;
+    let drawn = logits.iter().position(|x| {
+        left -= (x - most).exp();
+        left < 0.0
+    });
+    // Rounding can leave something over.
+    let place = drawn.unwrap_or_else(|| best(logits));
+    (place, logits[place] - most - total.ln())
 }
 
 /// What a network sees of a row of these fields: an image where there is only one, else all numbers as a vector.
@@ -126,11 +144,11 @@ impl Artifact for Agent {
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (tensors, Facts { acts, spec, nets }) = Tensors::decode::<Facts>(Self::KIND, bytes)?;
         let nets = Networks::of(nets, tensors)?;
-        let name = match acts {
-            Choice::Greedy => "q",
-            Choice::Sampled => "policy",
-        };
-        let puts_out = nets.modules.get(name)?.output(&sight(&spec.sees)).ok()?;
+        let mut shape = sight(&spec.sees);
+        if let Some(torso) = nets.modules.get(TORSO) {
+            shape = torso.output(&shape).ok()?;
+        }
+        let puts_out = nets.modules.get(acts.net())?.output(&shape).ok()?;
         let sound = nets.are_whole() && puts_out == [spec.does.n_discrete().ok()?];
         sound.then_some(Self { acts, nets, spec })
     }

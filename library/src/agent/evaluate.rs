@@ -34,8 +34,7 @@ declare! {
 impl Op for Evaluate {
     fn run(&self, ctx: &Ctx) -> Result<Evaluation, OpError> {
         let spec = self.r#in.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
-        let mut actor =
-            self.actor.open(&spec).map_err(|misfit| OpError::Failed(misfit.message))?;
+        let mut actor = self.actor.open(&spec).map_err(|misfit| OpError::Failed(misfit.message))?;
         let run = drive(&mut *actor, &*self.r#in, self.trials, ctx, 0)?;
         let trials = || Dim::new("trial", Labels::count(self.trials));
         let told = Dim::new("told", Labels::Names(spec.tells));

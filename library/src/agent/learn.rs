@@ -114,11 +114,11 @@ fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
     };
     let every: u64 = facts.arg("every").unwrap_or_default();
     let lanes: u64 = facts.arg("lanes").unwrap_or(1);
-    let not = |arg, message: String, help: &str| {
-        Err(Wrong { arg, message, help: help.to_owned() })
-    };
+    let not = |arg, message: String, help: &str| Err(Wrong { arg, message, help: help.to_owned() });
     if every > 0 && !n.is_multiple_of(every) {
-        let message = format!("{every} does not divide {n}, so that the agent at the end would not be measured");
+        let message = format!(
+            "{every} does not divide {n}, so that the agent at the end would not be measured"
+        );
         return not("every", message, "choose a number that divides it");
     }
     let turn = if every > 0 { every } else { n };

@@ -25,9 +25,9 @@ mod world;
 
 use ivx_op::Registry;
 
+pub use act::{Act, Demonstrations, Returns, Visits};
 pub use actor::{Actor, Random, Trained};
 pub use agent::{Acting, Agent, Choice};
-pub use act::{Act, Demonstrations, Returns, Visits};
 pub use cloned::ClonedPolicy;
 pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
 pub use dynamic::{PolicyValues, ValueIteration};
@@ -35,7 +35,7 @@ pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
 pub use evaluate::{Evaluate, Evaluation};
 pub use implicit::{ImplicitActionValues, ImplicitOptimalValues, ImplicitValues, SampledValues};
 pub use learn::{Learn, Learned, Span};
-pub use method::{Dqn, Learning, Method, Setting};
+pub use method::{A2c, Dqn, Learning, Means, Method, Ppo, Setting};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};
 pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};

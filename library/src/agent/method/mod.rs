@@ -1,7 +1,10 @@
 //! How agents learn in worlds of any kind.
 
+mod a2c;
 mod dqn;
 mod means;
+mod on_policy;
+mod ppo;
 mod target;
 
 use std::fmt::Debug;
@@ -11,8 +14,10 @@ use ivx_data::{Columns, Misfit};
 use ivx_op::{Ctx, OpError, Parts, Registry, State, family};
 use ivx_world::{Acts, Spec, Step};
 
+pub use a2c::A2c;
 pub use dqn::Dqn;
-pub(crate) use means::Means;
+pub use means::Means;
+pub use ppo::Ppo;
 
 use super::agent::Agent;
 
@@ -76,8 +81,12 @@ pub trait Learning {
 family!(dyn Method, "Method", methods);
 
 fn methods() -> &'static Parts<dyn Method> {
-    static TABLE: LazyLock<Parts<dyn Method>> =
-        LazyLock::new(|| Parts::<dyn Method>::new().with(|x: Dqn| Box::new(x)));
+    static TABLE: LazyLock<Parts<dyn Method>> = LazyLock::new(|| {
+        Parts::<dyn Method>::new()
+            .with(|x: Dqn| Box::new(x))
+            .with(|x: Ppo| Box::new(x))
+            .with(|x: A2c| Box::new(x))
+    });
     &TABLE
 }
 
