@@ -16,6 +16,7 @@ mod intervals;
 mod lanes;
 mod lottery;
 mod luck;
+mod minatar;
 mod observe;
 mod reward_at;
 mod sample;
@@ -48,6 +49,7 @@ pub use intervals::Intervals;
 pub use lanes::{Acts, Finished, Lanes, Step};
 pub use lottery::Discrete;
 pub use luck::Luck;
+pub use minatar::{Minatar, Play};
 pub use observe::Observe;
 pub use reward_at::RewardAt;
 pub use sample::Sample;
@@ -157,7 +159,8 @@ tables! {
     places: Points = "Points" { Grid, Grids }
     tasks: Task = "Task" { Copying, Glyphs }
     envs: Env = "Env" {
-        Acrobot, CartPole, Chain, CoinGrid, GoalWorld, Gridworld, MountainCar, MountainCarContinuous, Pendulum
+        Acrobot, CartPole, Chain, CoinGrid, GoalWorld, Gridworld, Minatar, MountainCar, MountainCarContinuous,
+        Pendulum
     }
 }
 
