@@ -14,7 +14,7 @@ const RAMP_PAUSE: i32 = 100;
 const LANES: usize = 8;
 
 /// The game.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Asterix {
     pub(super) ramping: bool,
     /// The column and row of the player.

@@ -13,7 +13,7 @@ use crate::luck::Luck;
 const BRICKS: Cells = Cells::row(1).or(Cells::row(2)).or(Cells::row(3));
 
 /// The game.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Breakout {
     /// The column of the paddle.
     pub(super) paddle: i32,

@@ -16,7 +16,7 @@ const FRAMES: u32 = 2500;
 const LANES: usize = 8;
 
 /// The game.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Freeway {
     /// One in each row, from the second.
     pub(super) cars: [Car; LANES],
@@ -29,7 +29,7 @@ pub(super) struct Freeway {
 }
 
 /// A car.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Car {
     /// Its column.
     pub(super) x: i32,

@@ -12,6 +12,8 @@ mod breakout;
 mod freeway;
 mod seaquest;
 mod space_invaders;
+#[cfg(test)]
+mod transitions;
 
 use ivx_data::{Field, Kind, Misfit};
 use ivx_op::{Facts, OpError, Wrong, declare};

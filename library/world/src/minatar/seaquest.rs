@@ -21,7 +21,7 @@ const ENEMY_PAUSE: u32 = 20;
 const DIVER_PAUSE: u32 = 30;
 
 /// The game.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Seaquest {
     pub(super) ramping: bool,
     pub(super) oxygen: i32,

@@ -15,7 +15,7 @@ const ALIEN_SHOT_PAUSE: u32 = 10;
 const LEAST_MOVE_PAUSE: u32 = 6;
 
 /// The game.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpaceInvaders {
     pub(super) ramping: bool,
     /// The column of the cannon.
