@@ -1,0 +1,48 @@
+//! How many steps a second worlds take on one core, with actions drawn evenly and what is seen written after each.
+
+use std::time::Instant;
+
+use ivx_data::Columns;
+use ivx_world::{Act, Actions, End, Env, Luck, Minatar, Row};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+
+/// How many steps are timed at once, and how often: the fastest time counts, since others may want the same core.
+const STEPS: u32 = 500_000;
+const TIMES: u32 = 5;
+
+fn main() {
+    for game in ["asterix", "breakout", "freeway", "seaquest", "space_invaders"] {
+        let world = Minatar { game: game.to_owned(), sticky: 0.1, ramping: true, limit: 10_000 };
+        report(&format!("minatar {game}"), &world);
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "a benchmark tells what it measured")]
+fn report(name: &str, env: &dyn Env) {
+    println!("{name}: {:.1} M steps/s", steps_per_second(env) / 1e6);
+}
+
+fn steps_per_second(env: &dyn Env) -> f64 {
+    let spec = env.spec().expect("a world");
+    let Actions::Discrete(names) = &spec.does else { panic!("a world of discrete actions") };
+    let n_actions = u32::try_from(names.len()).expect("a few");
+    let mut world = env.open().expect("a world");
+    let mut seen = Columns::zeros(spec.sees, 1);
+    let [mut luck, mut choices] = [0, 1].map(|seed| Luck::from(ChaCha8Rng::seed_from_u64(seed)));
+
+    world.reset(&mut luck, &mut Row::of(&mut seen, 0, &mut []));
+    let times = (0..TIMES).map(|_| {
+        let start = Instant::now();
+        for _ in 0..STEPS {
+            let act = Act::Index(choices.below(n_actions) as usize);
+            let mut row = Row::of(&mut seen, 0, &mut []);
+            let (_, end) = world.step(act, &mut luck, &mut row);
+            if end != End::No {
+                world.reset(&mut luck, &mut row);
+            }
+        }
+        start.elapsed().as_secs_f64()
+    });
+    f64::from(STEPS) / times.fold(f64::INFINITY, f64::min)
+}
