@@ -161,3 +161,35 @@ impl Game for Asterix {
         Some(self.ramp)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_enters_if_all_rows_are_taken() {
+        let lane = Some(Crosser { x: 3, heading: 1, treasure: false });
+        let mut game = Asterix { lanes: [lane; LANES], spawn_wait: 0, ..Asterix::new(true) };
+        let (mut luck, mut same) = (Luck::numpy(0), Luck::numpy(0));
+        game.act(Move::Stay, &mut luck);
+        assert_eq!((game.lanes, game.spawn_wait), ([lane; LANES], SPAWN_PAUSE - 1));
+        // The side and the kind were drawn all the same.
+        same.unit();
+        same.unit();
+        assert_eq!(luck.bits(), same.bits());
+    }
+
+    #[test]
+    fn it_becomes_harder_until_somebody_enters_and_all_move_in_each_frame() {
+        let mut game = Asterix::new(true);
+        let mut pauses = vec![];
+        for _ in 0..2_000 {
+            game.become_harder();
+            pauses.push((game.spawn_pause, game.move_pause));
+        }
+        pauses.dedup();
+        let expected =
+            [(10, 5), (9, 5), (8, 4), (7, 4), (6, 3), (5, 3), (4, 2), (3, 2), (2, 1), (1, 1)];
+        assert_eq!((pauses, game.ramp), (expected.to_vec(), 9));
+    }
+}

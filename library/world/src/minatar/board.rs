@@ -107,6 +107,11 @@ impl Cells {
         Self((self.without(Self::row(9)).0) << 10)
     }
 
+    /// All a row further down, and those of the last row in the first.
+    pub(super) const fn rolled_down(self) -> Self {
+        Self(self.down().0 | self.and(Self::row(9)).0 >> 90)
+    }
+
     /// All a row further up; those of the first row are lost.
     pub(super) const fn up(self) -> Self {
         Self(self.0 >> 10)
@@ -135,6 +140,7 @@ mod tests {
         };
         let all = cells(&corners);
         assert_eq!(all.down(), cells(&[(0, 1), (9, 1)]));
+        assert_eq!(all.rolled_down(), cells(&[(0, 1), (9, 1), (0, 0), (9, 0)]));
         assert_eq!(all.up(), cells(&[(0, 8), (9, 8)]));
         assert_eq!(all.left(), cells(&[(8, 0), (8, 9)]));
         assert_eq!(all.right(), cells(&[(1, 0), (1, 9)]));

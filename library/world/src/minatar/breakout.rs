@@ -2,9 +2,9 @@
 //!
 //! A paddle at the bottom keeps a ball in play that breaks three rows of bricks at the top, for a reward of 1 each.
 //! The ball moves along diagonals, comes back from walls and bricks, and is lost below the paddle, which ends the
-//! game. The paddle sends it up as it came if it was already above the paddle, and back where it came from if it only
-//! gets there. Having broken a brick, the ball flies through others until it is in a free cell. When all bricks are broken and
-//! the ball comes down there are new ones.
+//! game. A paddle that is below the ball sends it up; one that is only where the ball goes sends it back where it came
+//! from. A ball that broke a brick flies through others until it is in a free cell. When it comes down after the last
+//! one there are new ones.
 
 use super::board::{Board, Cells, LAST, on_board};
 use super::{Game, Move};

@@ -1,10 +1,11 @@
 //! Freeway (Young & Tian, 2019).
 //!
 //! A chicken at the bottom crosses eight lanes, for a reward of 1 whenever it reaches the top, from where it starts
-//! again. It is slow, and moves in every third frame at most. A car that hits it sends it back to the bottom. Cars leave on one side and
-//! come back on the other; each has a direction and one of five speeds, both of which change whenever the chicken has
-//! crossed. The trail of a car tells its direction, and the channel of the trail its speed. The game is over with
-//! the frame that follows 2,500 others.
+//! again. It is slow, and moves in every third frame at most. A car that hits it sends it back to the bottom.
+//!
+//! Cars leave on one side and come back on the other; each has a direction and one of five speeds, both of which
+//! change whenever the chicken has crossed. The trail of a car tells its direction, and the channel of the trail its
+//! speed. The game is over with the frame that follows 2,500 others.
 
 use super::board::{Board, LAST, on_board};
 use super::{Game, Move};

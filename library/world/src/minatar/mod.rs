@@ -206,3 +206,44 @@ impl World for Play {
         (reward, if over { End::Terminal } else { End::No })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ivx_data::{Columns, Values};
+
+    fn minatar(game: &str, sticky: f64) -> Minatar {
+        Minatar { game: game.to_owned(), sticky, ramping: true, limit: 10_000 }
+    }
+
+    #[test]
+    fn a_game_that_there_is_not_is_refused() {
+        let error = minatar("pong", 0.0).spec().unwrap_err();
+        assert_eq!(error.message, "no game of MinAtar is called \"pong\"");
+        assert!(minatar("pong", 0.0).open().is_err());
+    }
+
+    /// An action of the episode before would stick, and the cannon move.
+    #[test]
+    fn an_episode_does_not_depend_on_the_one_before() {
+        let env = minatar("space_invaders", 0.6);
+        let mut seen = Columns::zeros(env.spec().unwrap().sees, 1);
+        let mut episode = |world: &mut dyn World, action| {
+            let mut luck = Luck::numpy(3);
+            let mut row = Row::of(&mut seen, 0, &mut []);
+            world.reset(&mut luck, &mut row);
+            let mut grids = Vec::new();
+            for _ in 0..5 {
+                let mut row = Row::of(&mut seen, 0, &mut []);
+                world.step(Act::Index(action), &mut luck, &mut row);
+                let Values::U8(grid) = seen.values(0) else { panic!("bytes") };
+                grids.push(grid.clone());
+            }
+            grids
+        };
+        let mut world = env.open().unwrap();
+        let first = episode(&mut *world, 3);
+        assert_ne!(episode(&mut *world, 1), first);
+        assert_eq!(episode(&mut *world, 3), first);
+    }
+}

@@ -2,9 +2,13 @@
 //!
 //! A submarine of two cells shoots fish and enemy submarines, for a reward of 1 each, and picks up divers, of whom it
 //! holds six. Enemy submarines shoot back. Oxygen is used up under water and refilled at the surface, where one diver
-//! is set down; with six divers all are, and what is left of the oxygen is paid: 1 for each cell of its gauge. Each time
-//! there come more enemies from then on, and faster ones. The game is over when an enemy or its bullet hits the front of the submarine,
-//! when there is no oxygen left, or when it comes up without a diver. Trails tell where things were before.
+//! is set down; with six divers all are, and what is left of the oxygen is paid: 1 for each cell of its gauge. Each
+//! time there come more enemies from then on, and faster ones.
+//!
+//! The game is over when an enemy or a bullet hits the front of the submarine, when there is no oxygen left, or when
+//! it comes up without a diver. Trails tell where things were before.
+
+use std::mem;
 
 use super::board::{Board, LAST, on_board};
 use super::{Game, Move};
@@ -16,6 +20,7 @@ const CREW: i32 = 6;
 const SHOT_PAUSE: u32 = 5;
 const ENEMY_SHOT_PAUSE: u32 = 10;
 const ENEMY_MOVE_PAUSE: u32 = 5;
+const LEAST_MOVE_PAUSE: u32 = 2;
 const DIVER_MOVE_PAUSE: u32 = 5;
 const ENEMY_PAUSE: u32 = 20;
 const DIVER_PAUSE: u32 = 30;
@@ -142,17 +147,15 @@ impl Seaquest {
         self.sub.y = (self.sub.y + chosen.down()).clamp(0, LAST - 1);
     }
 
-    /// Moves the player's bullets: the reward for what they hit.
-    fn move_bullets(&mut self) -> f32 {
-        let mut reward = 0.0;
+    fn move_bullets(&mut self, frame: &mut Frame) {
         for_each_from_last(&mut self.bullets, |bullet| {
             bullet.x += bullet.heading;
-            let hit = on_board(bullet.x)
-                && (takes(&mut self.fish, bullet) || takes(&mut self.enemy_subs, bullet));
-            reward += if hit { 1.0 } else { 0.0 };
+            let hit = takes(&mut self.fish, bullet) || takes(&mut self.enemy_subs, bullet);
+            if hit {
+                frame.reward += 1;
+            }
             !hit && on_board(bullet.x)
         });
-        reward
     }
 
     fn move_divers(&mut self) {
@@ -166,21 +169,10 @@ impl Seaquest {
         });
     }
 
-    /// Moves enemy submarines, which shoot: the reward for those that run into a bullet, and whether one hits the player.
-    fn move_enemy_subs(&mut self) -> (f32, bool) {
-        let (mut reward, mut over) = (0.0, false);
+    fn move_enemy_subs(&mut self, frame: &mut Frame) {
         for_each_from_last(&mut self.enemy_subs, |enemy| {
-            over |= enemy.is_at(&self.sub);
-            let mut stays = true;
-            if enemy.swims(self.move_pause) {
-                over |= enemy.is_at(&self.sub);
-                if !on_board(enemy.x) {
-                    stays = false;
-                } else if !enemy.is_at(&self.sub) && takes(&mut self.bullets, enemy) {
-                    reward += 1.0;
-                    stays = false;
-                }
-            }
+            let stays = frame.attack(enemy, self.move_pause, &self.sub, &mut self.bullets);
+            // Even one that was just shot may shoot.
             if enemy.shot_wait == 0 {
                 enemy.shot_wait = ENEMY_SHOT_PAUSE;
                 self.enemy_bullets.push(Swimmer { wait: 0, shot_wait: 0, ..*enemy });
@@ -189,70 +181,48 @@ impl Seaquest {
             }
             stays
         });
-        (reward, over)
     }
 
-    fn move_enemy_bullets(&mut self) -> bool {
-        let mut over = false;
+    fn move_enemy_bullets(&mut self, frame: &mut Frame) {
         for_each_from_last(&mut self.enemy_bullets, |bullet| {
-            over |= bullet.is_at(&self.sub);
+            frame.over |= bullet.is_at(&self.sub);
             bullet.x += bullet.heading;
-            over |= bullet.is_at(&self.sub);
+            frame.over |= bullet.is_at(&self.sub);
             on_board(bullet.x)
         });
-        over
     }
 
-    fn move_fish(&mut self) -> (f32, bool) {
-        let (mut reward, mut over) = (0.0, false);
+    fn move_fish(&mut self, frame: &mut Frame) {
         for_each_from_last(&mut self.fish, |enemy| {
-            over |= enemy.is_at(&self.sub);
-            let mut stays = true;
-            if enemy.swims(self.move_pause) {
-                over |= enemy.is_at(&self.sub);
-                if !on_board(enemy.x) {
-                    stays = false;
-                } else if !enemy.is_at(&self.sub) && takes(&mut self.bullets, enemy) {
-                    reward += 1.0;
-                    stays = false;
-                }
-            }
-            stays
+            frame.attack(enemy, self.move_pause, &self.sub, &mut self.bullets)
         });
-        (reward, over)
     }
 
-    /// Breathes: the reward for coming up, and whether that or the lack of oxygen ends the game.
-    fn breathe(&mut self) -> (f32, bool) {
-        let out = self.oxygen < 0;
+    /// Uses oxygen up, or comes up to the surface.
+    fn breathe(&mut self, frame: &mut Frame) {
+        frame.over |= self.oxygen < 0;
         if self.sub.y > 0 {
             self.oxygen -= 1;
             self.surfaced = false;
-            return (0.0, out);
+        } else if !self.surfaced && self.crew == 0 {
+            frame.over = true;
+        } else if !self.surfaced {
+            self.surfaced = true;
+            if self.crew == CREW {
+                frame.reward += self.gauge();
+                self.crew = 0;
+            } else {
+                self.crew -= 1;
+            }
+            self.oxygen = OXYGEN;
+            if self.ramping && (self.enemy_pause > 1 || self.move_pause > LEAST_MOVE_PAUSE) {
+                self.become_harder();
+            }
         }
-        if self.surfaced {
-            return (0.0, out);
-        }
-        if self.crew == 0 {
-            return (0.0, true);
-        }
-        self.surfaced = true;
-        let mut reward = 0.0;
-        if self.crew == CREW {
-            reward = f32::from(u8::try_from(self.gauge()).unwrap_or(0));
-            self.crew = 0;
-        } else {
-            self.crew -= 1;
-        }
-        self.oxygen = OXYGEN;
-        if self.ramping && (self.enemy_pause > 1 || self.move_pause > 2) {
-            self.become_harder();
-        }
-        (reward, out)
     }
 
     fn become_harder(&mut self) {
-        if self.move_pause > 2 && self.ramp % 2 == 1 {
+        if self.move_pause > LEAST_MOVE_PAUSE && self.ramp % 2 == 1 {
             self.move_pause -= 1;
         }
         if self.enemy_pause > 1 {
@@ -261,8 +231,36 @@ impl Seaquest {
         self.ramp += 1;
     }
 
+    /// How many cells the gauge of oxygen has; fewer than none when it has run out.
     fn gauge(&self) -> i32 {
         (self.oxygen * CELLS).div_euclid(OXYGEN)
+    }
+}
+
+/// What a frame comes to.
+#[derive(Default)]
+struct Frame {
+    reward: i32,
+    over: bool,
+}
+
+impl Frame {
+    /// An enemy swims, and may ram the player or run into a bullet: whether it stays.
+    fn attack(
+        &mut self,
+        enemy: &mut Swimmer,
+        pause: u32,
+        sub: &Swimmer,
+        bullets: &mut Vec<Swimmer>,
+    ) -> bool {
+        self.over |= enemy.is_at(sub);
+        if !enemy.swims(pause) {
+            return true;
+        }
+        self.over |= enemy.is_at(sub);
+        let hit = takes(bullets, enemy);
+        self.reward += i32::from(hit);
+        !hit && on_board(enemy.x)
     }
 }
 
@@ -280,15 +278,15 @@ fn takes(from: &mut Vec<Swimmer>, hit: &Swimmer) -> bool {
     })
 }
 
-/// Goes through all from the last to the first, and takes those out of which `stays` is false.
+/// Goes through all from the last to the first, and takes out those that do not stay.
+///
+/// As in the original it is by its value that one is taken out: of two that are the same in everything the first one
+/// goes, and the other is met twice.
 fn for_each_from_last(all: &mut Vec<Swimmer>, mut stays: impl FnMut(&mut Swimmer) -> bool) {
     for at in (0..all.len()).rev() {
-        if at >= all.len() {
-            break;
-        }
         if !stays(&mut all[at]) {
-            let place = all.iter().position(|one| *one == all[at]).expect("at least this");
-            all.remove(place);
+            let same = all.iter().position(|one| *one == all[at]).expect("itself at least");
+            all.remove(same);
         }
     }
 }
@@ -299,7 +297,18 @@ impl Game for Seaquest {
     }
 
     fn reset(&mut self, _: &mut Luck) {
-        *self = Self::new(self.ramping);
+        let cleared = |all: &mut Vec<Swimmer>| {
+            all.clear();
+            mem::take(all)
+        };
+        *self = Self {
+            bullets: cleared(&mut self.bullets),
+            enemy_bullets: cleared(&mut self.enemy_bullets),
+            fish: cleared(&mut self.fish),
+            enemy_subs: cleared(&mut self.enemy_subs),
+            divers: cleared(&mut self.divers),
+            ..Self::new(self.ramping)
+        };
     }
 
     fn act(&mut self, chosen: Move, luck: &mut Luck) -> (f32, bool) {
@@ -312,24 +321,27 @@ impl Game for Seaquest {
             self.diver_wait = DIVER_PAUSE;
         }
         self.steer(chosen);
-        let mut reward = self.move_bullets();
+        let mut frame = Frame::default();
+        self.move_bullets(&mut frame);
         self.move_divers();
-        let (pays, rammed) = self.move_enemy_subs();
-        reward += pays;
-        let shot = self.move_enemy_bullets();
-        let (pays, bitten) = self.move_fish();
-        reward += pays;
+        self.move_enemy_subs(&mut frame);
+        self.move_enemy_bullets(&mut frame);
+        self.move_fish(&mut frame);
         self.enemy_wait -= 1;
         self.diver_wait -= 1;
         self.shot_wait = self.shot_wait.saturating_sub(1);
-        let (pays, choked) = self.breathe();
-        (reward + pays, rammed || shot || bitten || choked)
+        self.breathe(&mut frame);
+        #[expect(clippy::cast_precision_loss, reason = "there are a few enemies at most")]
+        let reward = frame.reward as f32;
+        (reward, frame.over)
     }
 
     fn draw(&self, board: &mut Board<'_>) {
         board.mark(0, self.sub.x, self.sub.y);
         board.mark(1, self.sub.x - self.sub.heading, self.sub.y);
-        for x in 0..self.gauge() {
+        // Fewer than none are counted from the other end.
+        let gauge = self.gauge();
+        for x in 0..if gauge < 0 { CELLS + gauge } else { gauge } {
             board.mark(7, x, LAST);
         }
         for x in 0..self.crew {
@@ -351,5 +363,61 @@ impl Game for Seaquest {
 
     fn ramp(&self) -> Option<u32> {
         Some(self.ramp)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Right below the surface, with a bar of oxygen that is not quite full.
+    fn submerged(crew: i32, oxygen: i32) -> Seaquest {
+        let mut game = Seaquest { crew, oxygen, surfaced: false, ..Seaquest::new(true) };
+        game.sub.y = 1;
+        game
+    }
+
+    #[test]
+    fn coming_up_with_six_divers_pays_the_gauge_of_oxygen() {
+        let mut luck = Luck::numpy(0);
+        // 119 of 200 are five cells of ten, and not quite six.
+        for (crew, oxygen, pays, left) in [(6, 119, 5.0, 0), (6, 200, 10.0, 0), (5, 119, 0.0, 4)] {
+            let mut game = submerged(crew, oxygen);
+            assert_eq!(game.act(Move::Up, &mut luck), (pays, false));
+            assert_eq!((game.crew, game.oxygen, game.surfaced), (left, OXYGEN, true));
+            assert_eq!((game.ramp, game.enemy_pause), (1, ENEMY_PAUSE - 1));
+            // Staying there is nothing new.
+            assert_eq!(game.act(Move::Up, &mut luck), (0.0, false));
+            assert_eq!((game.crew, game.oxygen, game.ramp), (left, OXYGEN, 1));
+        }
+        assert_eq!(submerged(0, 119).act(Move::Up, &mut luck), (0.0, true));
+    }
+
+    #[test]
+    fn a_seventh_diver_stays_outside() {
+        let mut game = submerged(5, OXYGEN);
+        game.divers = vec![Swimmer { wait: 3, ..game.sub }; 2];
+        game.act(Move::Stay, &mut Luck::numpy(0));
+        assert_eq!((game.crew, game.divers.len()), (6, 1));
+    }
+
+    #[test]
+    fn the_game_is_over_when_the_oxygen_has_run_out() {
+        let mut game = submerged(1, 1);
+        let over: Vec<bool> = (0..3).map(|_| game.act(Move::Stay, &mut Luck::numpy(0)).1).collect();
+        assert_eq!(over, [false, false, true]);
+    }
+
+    #[test]
+    fn of_two_that_are_the_same_the_other_is_met_twice() {
+        let at = |x| Swimmer { x, ..Swimmer::default() };
+        let mut all = vec![at(1), at(2), at(1)];
+        let mut met = Vec::new();
+        for_each_from_last(&mut all, |one| {
+            met.push(one.x);
+            met.len() > 1
+        });
+        assert_eq!(met, [1, 1, 2]);
+        assert_eq!(all, [at(2), at(1)]);
     }
 }

@@ -73,19 +73,20 @@ impl SpaceInvaders {
         }
         self.rightwards = !self.rightwards;
         let landed = !self.aliens.and(Cells::row(9)).is_empty();
-        self.aliens = self.aliens.down();
+        self.aliens = self.aliens.rolled_down();
         landed
     }
 
-    /// The alien that shoots.
-    fn shooter(&self) -> Option<Cells> {
-        let column = (0..=LAST).filter_map(|x| {
-            let column = self.aliens.and(Cells::column(u32::try_from(x).expect("a column")));
-            (!column.is_empty()).then_some((x, column))
-        });
-        let (x, column) = column.min_by_key(|(x, _)| (x - self.cannon).abs())?;
+    /// The alien that shoots: of two columns that are equally close it is that on the left.
+    fn shooter(&self) -> Cells {
+        let columns =
+            (0..10).zip(0..).map(|(column, x)| (x, self.aliens.and(Cells::column(column))));
+        let (x, column) = columns
+            .filter(|(_, column)| !column.is_empty())
+            .min_by_key(|(x, _)| (x - self.cannon).abs())
+            .expect("there are always aliens");
         let y = (0..=LAST).rev().find(|y| column.has(x, *y)).expect("one of the column");
-        Some(Cells::cell(x, y))
+        Cells::cell(x, y)
     }
 }
 
@@ -118,7 +119,7 @@ impl Game for SpaceInvaders {
         }
         if self.alien_shot_wait == 0 {
             self.alien_shot_wait = ALIEN_SHOT_PAUSE;
-            self.alien_bullets = self.alien_bullets.or(self.shooter().unwrap_or(Cells::NONE));
+            self.alien_bullets = self.alien_bullets.or(self.shooter());
         }
 
         let shot = self.aliens.and(self.bullets);
@@ -150,5 +151,37 @@ impl Game for SpaceInvaders {
 
     fn ramp(&self) -> Option<u32> {
         Some(self.ramp)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_game_is_over_when_an_alien_cannot_go_down() {
+        let landed = |y| {
+            let aliens = Cells::cell(0, y);
+            let mut game = SpaceInvaders { aliens, move_wait: 0, ..SpaceInvaders::new(true) };
+            game.act(Move::Stay, &mut Luck::numpy(0)).1
+        };
+        assert_eq!([8, 9].map(landed), [false, true]);
+    }
+
+    #[test]
+    fn each_wave_is_faster_up_to_a_limit() {
+        let pauses = |ramping| {
+            let mut game = SpaceInvaders::new(ramping);
+            let pauses = [(); 8].map(|()| {
+                game.aliens = Cells::cell(5, 5);
+                game.bullets = Cells::cell(5, 6);
+                assert_eq!(game.act(Move::Stay, &mut Luck::numpy(0)), (1.0, false));
+                assert_eq!(game.aliens, wave());
+                game.move_pause
+            });
+            (pauses, game.ramp)
+        };
+        assert_eq!(pauses(true), ([11, 10, 9, 8, 7, 6, 6, 6], 6));
+        assert_eq!(pauses(false), ([12; 8], 0));
     }
 }
