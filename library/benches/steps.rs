@@ -180,8 +180,8 @@ fn conv_net() -> Box<dyn FnMut()> {
         replay.loss(graph, |state, is_target| {
             let ((weight, bias), layers) = &nets[usize::from(is_target)];
             let window = Window { kernel: 3, stride: 1, padding: 0 };
-            let features = graph.conv2d(state, *weight, Some(*bias), window, 1);
-            forward(graph, layers, graph.curve(features, Curve::Relu), Curve::Relu)
+            let features = graph.conv2d(state, *weight, Some(*bias), (window, 1), Curve::Relu);
+            forward(graph, layers, features, Curve::Relu)
         })
     })
 }

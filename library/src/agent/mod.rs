@@ -35,7 +35,7 @@ pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
 pub use evaluate::{Evaluate, Evaluation};
 pub use implicit::{ImplicitActionValues, ImplicitOptimalValues, ImplicitValues, SampledValues};
 pub use learn::{Learn, Learned, Span};
-pub use method::{A2c, Dqn, Learning, Means, Method, Ppo, Setting};
+pub use method::{A2c, Dqn, Learning, Means, Method, Ppo, Setting, q_loss, q_target};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};
 pub use q_ensemble::{EnsemblePolicy, QEnsemble, worth};

@@ -1,5 +1,6 @@
 //! Our numbers beside numbers that other software computed.
 
+mod agents;
 mod bayes;
 mod bellman;
 mod claimed;

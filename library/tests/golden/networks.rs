@@ -139,7 +139,13 @@ fn images(case: &Case) -> Value {
             let graph = Graph::new(named.params);
             let of = graph.variable(x.batch(), &x.values);
             let y = if case.kind == "conv2d" {
-                graph.conv2d(of, weight, Some(bias), window, count(case, "groups"))
+                graph.conv2d(
+                    of,
+                    weight,
+                    Some(bias),
+                    (window, count(case, "groups")),
+                    Curve::Identity,
+                )
             } else {
                 graph.conv_transpose2d(of, weight, bias, window)
             };
@@ -186,7 +192,13 @@ fn images(case: &Case) -> Value {
             let window = Window { kernel: 3, stride: 1, padding: 1 };
             let mut y = of;
             for pair in ids.chunks(2) {
-                y = graph.conv2d(graph.curve(y, Curve::Relu), pair[0], Some(pair[1]), window, 1);
+                y = graph.conv2d(
+                    graph.curve(y, Curve::Relu),
+                    pair[0],
+                    Some(pair[1]),
+                    (window, 1),
+                    Curve::Identity,
+                );
             }
             let y = graph.add(y, of);
             backward(case, &graph, &named.ids, (of, &x), y)
@@ -237,7 +249,7 @@ fn inverted_residual(case: &Case, x: &Tensor) -> Value {
                 _ => Window { kernel: 1, stride: 1, padding: 0 },
             };
             let groups = if i == 1 { graph.shape(y).item[0] } else { 1 };
-            y = graph.conv2d(y, *weight, None, window, groups);
+            y = graph.conv2d(y, *weight, None, (window, groups), Curve::Identity);
             y = if trains { graph.batch_norm(y, norm) } else { graph.batch_norm_fixed(y, norm) };
             y = if i < 2 { graph.curve(y, Curve::Relu6) } else { y };
         }

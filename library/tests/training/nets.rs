@@ -137,7 +137,8 @@ fn conv_net(seed: u64) -> Task {
         let x = graph.input(Shape { n: N, item: [3, 10, 10] }, &x);
         let same = Window { kernel: 3, stride: 1, padding: 0 };
         let halves = Window { kernel: 2, stride: 2, padding: 0 };
-        let features = graph.batch_norm(graph.conv2d(x, weight, Some(bias), same, 1), &norm);
+        let features = graph
+            .batch_norm(graph.conv2d(x, weight, Some(bias), (same, 1), Curve::Identity), &norm);
         let pooled = graph.max_pool(graph.curve(features, Curve::Relu), halves);
         let pooled = graph.reshape(pooled, Shape::vectors(N, 256));
         let kept = graph.dropout(pooled, graph.input(Shape::vectors(N, 256), &mask), 0.2);

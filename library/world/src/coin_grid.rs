@@ -41,7 +41,7 @@ impl Env for CoinGrid {
     fn spec(&self) -> Result<Spec, Misfit> {
         task(&self.pays)?;
         Ok(Spec {
-            sees: vec![Field::new("grid", &[5, SIDE, SIDE], Kind::U8)],
+            sees: vec![Field::new("grid", &[5, SIDE, SIDE], Kind::Bit)],
             does: Actions::named(&["LEFT", "RIGHT", "FORWARD"]),
             tells: ["green", "red", "yellow"].map(str::to_owned).to_vec(),
             limit: Some(self.limit),

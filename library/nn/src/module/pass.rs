@@ -93,7 +93,7 @@ impl<F: Real> Pass<'_, '_, F> {
             Module::Conv { window, groups, bias, curve, .. } => {
                 let weight = self.next();
                 let bias = bias.then(|| self.next());
-                graph.curve(graph.conv2d(x, weight, bias, *window, *groups), *curve)
+                graph.conv2d(x, weight, bias, (*window, *groups), *curve)
             }
             Module::ConvTranspose { window, curve, .. } => {
                 let (weight, bias) = (self.next(), self.next());
@@ -146,7 +146,19 @@ impl<F: Real> Pass<'_, '_, F> {
     }
 
     fn layers(&mut self, layers: &[Module], x: Var, shape: Vec<usize>) -> (Var, Vec<usize>) {
-        layers.iter().fold((x, shape), |(x, shape), layer| self.layer(layer, x, shape))
+        let mut at = (x, shape);
+        for (i, layer) in layers.iter().enumerate() {
+            at = match (layer, layers.get(i + 1)) {
+                // A linear map takes the numbers of an item as they lie.
+                (Module::Flatten, Some(Module::Dense { inputs, .. }))
+                    if *inputs == at.1.iter().product::<usize>() =>
+                {
+                    (at.0, vec![*inputs])
+                }
+                _ => self.layer(layer, at.0, at.1),
+            };
+        }
+        at
     }
 
     /// The outputs of a recurrent layer at every step.

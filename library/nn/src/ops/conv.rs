@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::curve::Curve;
 use crate::graph::{Graph, Shape, Var};
 use crate::matmul::{Matrix, multiply};
 use crate::params::ParamId;
@@ -172,9 +173,13 @@ impl<F: Real> Graph<F> {
         x: Var,
         weight: ParamId,
         bias: Option<ParamId>,
-        window: Window,
-        groups: usize,
+        (window, groups): (Window, usize),
+        curve: Curve,
     ) -> Var {
+        if curve == Curve::Silu {
+            let y = self.conv2d(x, weight, bias, (window, groups), Curve::Identity);
+            return self.curve(y, curve);
+        }
         let shape = self.shape(x);
         let [channels, rows, cols] = shape.item;
         let n_out = self.params().shape(weight)[0];
@@ -213,8 +218,10 @@ impl<F: Real> Graph<F> {
                         out,
                     );
                 }
+                curve.apply(out);
             },
-            move |arena, columns, _, grad| {
+            move |arena, columns, y, grad| {
+                curve.backward(y, grad);
                 if let Some(bias) = bias {
                     arena.learn(bias, |_, sums, add| {
                         if !add {

@@ -118,7 +118,9 @@ fn convolutions() {
         let bias = (case.size(0, 1) == 1).then(|| case.param(&[outside * groups]));
         case.input(n, [inside * groups, rows, cols]);
         let window = Window { kernel, stride, padding };
-        Box::new(move |graph, x| graph.conv2d(x[0], weight, bias, window, groups))
+        Box::new(move |graph, x| {
+            graph.conv2d(x[0], weight, bias, (window, groups), Curve::Identity)
+        })
     });
     check("conv_transpose2d", |case| {
         let (n, kernel, stride) = (case.size(1, 2), case.size(2, 4), case.size(1, 2));
@@ -144,7 +146,7 @@ fn convolutions_of_large_batches_have_the_gradients_of_their_parts() {
         let graph = Graph::new(params);
         let sums = images.chunks_exact(images.len() / parts).map(|images| {
             let x = graph.input(Shape { n: 64 / parts, item: shape }, images);
-            graph.sum(graph.square(graph.conv2d(x, weight, None, window, 1)))
+            graph.sum(graph.square(graph.conv2d(x, weight, None, (window, 1), Curve::Tanh)))
         });
         graph.backward(sums.reduce(|sum, part| graph.add(sum, part)).unwrap());
         let params = graph.params();

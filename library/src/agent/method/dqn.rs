@@ -202,9 +202,8 @@ impl Learner<'_> {
                 q_target(graph, (live.pass("target.q", next), own), pays, weighs)
             });
             let q = live.pass("q", replay.look(graph, &batch.rows));
-            let chosen = graph.pick(q, column(&batch.acts));
-            value = graph.scalar(graph.still(|| graph.mean(chosen))).into();
-            graph.mean(graph.huber(chosen, target, how.huber))
+            value = graph.scalar(graph.still(|| graph.mean(q))).into();
+            q_loss(graph, q, column(&batch.acts), target, how.huber)
         });
         self.losses.add(&[loss, value]);
         self.live.follow(self.follow, self.descent.done());
@@ -216,7 +215,7 @@ impl Learner<'_> {
 /// - `next`: the values of the copy, and of the network itself, of the actions in each state that follows.
 /// - `rewards`: what is paid up to there, one number an item.
 /// - `discounts`: what the rest weighs, 0 where nothing follows.
-pub(crate) fn q_target<F: Real>(
+pub fn q_target<F: Real>(
     graph: &Graph<F>,
     (next, own): (Var, Option<Var>),
     rewards: Var,
@@ -224,4 +223,11 @@ pub(crate) fn q_target<F: Real>(
 ) -> Var {
     let best = graph.pick(next, graph.argmax_items(own.unwrap_or(next)));
     graph.add(graph.mul(best, discounts), rewards)
+}
+
+/// The mean of Huber's losses of `q(s, a)` and its target.
+///
+/// - `acts`: what was done, counted from 0, one number an item.
+pub fn q_loss<F: Real>(graph: &Graph<F>, q: Var, acts: Var, target: Var, delta: f64) -> Var {
+    graph.mean(graph.huber(graph.pick(q, acts), target, delta))
 }

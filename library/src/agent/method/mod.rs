@@ -15,7 +15,7 @@ use ivx_op::{Ctx, OpError, Parts, Registry, State, family};
 use ivx_world::{Acts, Spec, Step};
 
 pub use a2c::A2c;
-pub use dqn::Dqn;
+pub use dqn::{Dqn, q_loss, q_target};
 pub use means::Means;
 pub use ppo::Ppo;
 

@@ -73,7 +73,7 @@ impl Env for Minatar {
     fn spec(&self) -> Result<Spec, Misfit> {
         let play = self.play().ok_or_else(|| Misfit::new(unknown(&self.game), HELP))?;
         Ok(Spec {
-            sees: vec![Field::new("grid", &[play.n_channels(), SIDE, SIDE], Kind::U8)],
+            sees: vec![Field::new("grid", &[play.n_channels(), SIDE, SIDE], Kind::Bit)],
             does: Actions::named(&["no-op", "left", "up", "right", "down", "fire"]),
             tells: Vec::new(),
             limit: Some(self.limit),
