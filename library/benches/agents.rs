@@ -1,12 +1,13 @@
 //! How many steps a second agents take and learn from, by processor time:
-//! `cargo bench -p ivx-library --bench agents -- [NAME] [STEPS]`.
+//! `cargo bench -p ivx-library --bench agents -- [NAME] [STEPS]`. And what they come to, as the peers tell it:
+//! `-- returns GAME STEPS SEED` for the mean return of the last 50 episodes of learning.
 //!
 //! The four are those of `benches/agents.sh`, which runs `PyTorch` and JAX beside them. A line each: all of a training
 //! after its warm-up, acting, worlds and learning together.
 
 use std::fs;
 
-use ivx_library::agent::{Learn, Method, Span};
+use ivx_library::agent::{Learn, Learned, Method, Span};
 use ivx_op::{Ctx, Lit, Literal as _, Op as _, Part};
 use ivx_world::Env;
 
@@ -22,6 +23,17 @@ struct Job {
 #[expect(clippy::print_stdout, reason = "a bench tells what it measured")]
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
+    if let [what, game, steps, seed] = &args[..]
+        && what == "returns"
+    {
+        let [job, ..] = jobs();
+        let env = Part::new("minatar").with("game", game.as_str());
+        let (job, n) = (Job { env, ..job }, steps.parse().expect("a number of steps"));
+        let played = run(&job, n, seed.parse().expect("a seed")).played.values;
+        let last = &played[played.len().saturating_sub(50)..];
+        println!("dqn {game}, seed {seed}: {:.2}", ivx_math::moments::mean(last));
+        return;
+    }
     for job in jobs() {
         if args.first().is_some_and(|wanted| !job.name.contains(wanted.as_str())) {
             continue;
@@ -29,7 +41,7 @@ fn main() {
         let steps = args.get(1).and_then(|arg| arg.parse().ok()).unwrap_or(job.steps);
         let spent = |steps| {
             let before = processor_time();
-            run(&job, steps);
+            run(&job, steps, 0);
             processor_time() - before
         };
         let warm = if job.warm_up == 0 { 0.0 } else { spent(job.warm_up) };
@@ -52,7 +64,7 @@ fn processor_time() -> f64 {
     ns * 1e-9
 }
 
-fn run(job: &Job, steps: u64) {
+fn run(job: &Job, steps: u64, seed: i64) -> Learned {
     let registry = ivx_library::registry();
     let lit = |part: &Part| Lit::Part(registry.complete(part));
     let steps = i64::try_from(steps).expect("few");
@@ -65,7 +77,7 @@ fn run(job: &Job, steps: u64) {
         trials: 1,
         lanes: job.lanes,
     };
-    learn.run(&Ctx::new("learn", 0, None)).expect("it learns");
+    learn.run(&Ctx::new("learn", seed, None)).expect("it learns")
 }
 
 fn jobs() -> [Job; 4] {

@@ -24,6 +24,8 @@ record! {
         returns: Array [step, trial];
         /// The parts of its loss, each the mean over the updates since it was measured last.
         losses: Array [step, part];
+        /// The sum of the rewards of each episode of learning, exploring and all, as they ended.
+        played: Array [episode];
     }
 }
 
@@ -154,6 +156,9 @@ impl Op for Learn {
     }
 }
 
+/// Over how many episodes it tells how it goes.
+const RECENT: usize = 20;
+
 /// A learning that is under way.
 struct Run<'a> {
     op: &'a Learn,
@@ -163,9 +168,8 @@ struct Run<'a> {
     total: u64,
     /// Steps of all worlds together.
     steps: u64,
-    episodes: u64,
-    /// The return of the episode that was finished last.
-    latest: f64,
+    /// The return of every episode that was finished.
+    played: Vec<f64>,
     /// After how much it was measured, and what was found.
     measured: Vec<f64>,
     returns: Vec<f64>,
@@ -184,8 +188,7 @@ impl<'a> Run<'a> {
             counted,
             total,
             steps: 0,
-            episodes: 0,
-            latest: f64::NAN,
+            played: Vec::new(),
             measured: Vec::new(),
             returns: Vec::new(),
             losses: Vec::new(),
@@ -197,14 +200,13 @@ impl<'a> Run<'a> {
         match self.counted {
             Counted::Steps => self.steps,
             Counted::Updates => self.learning.updates(),
-            Counted::Episodes => self.episodes,
+            Counted::Episodes => self.played.len() as u64,
         }
     }
 
     fn walk(&mut self, state: &mut State) {
         state.count("steps", &mut self.steps);
-        state.count("episodes", &mut self.episodes);
-        state.real("latest", &mut self.latest);
+        state.reals("played", &mut self.played);
         state.reals("measured", &mut self.measured);
         state.reals("returns", &mut self.returns);
         state.reals("losses", &mut self.losses);
@@ -219,7 +221,8 @@ impl<'a> Run<'a> {
             self.measure_if_due(ctx)?;
             ctx.tell(self.done(), self.total, || {
                 let last = self.learning.losses().last();
-                format!("return {}, loss {}", shown(self.latest), shown(last))
+                let played = &self.played[self.played.len().saturating_sub(RECENT)..];
+                format!("return {}, loss {}", shown(mean(played)), shown(last))
             });
         }
         if self.measured.is_empty() {
@@ -234,10 +237,7 @@ impl<'a> Run<'a> {
         self.learning.act(self.steps, seen, acts);
         self.learning.see(self.lanes.step());
         self.steps += self.lanes.len() as u64;
-        for episode in self.lanes.finished() {
-            self.episodes += 1;
-            self.latest = episode.payoff;
-        }
+        self.played.extend(self.lanes.finished().map(|episode| episode.payoff));
         self.learning.learn(self.steps);
     }
 
@@ -263,7 +263,6 @@ impl<'a> Run<'a> {
         let run = drive(&mut *agent.open(), &*self.op.r#in, self.op.trials, ctx, after)?;
         #[expect(clippy::cast_precision_loss, reason = "steps are far below 2^53")]
         self.measured.push(after as f64);
-        self.latest = mean(&run.returns);
         self.returns.extend(run.returns);
         let losses = self.learning.losses().take();
         self.losses.extend(losses);
@@ -272,13 +271,15 @@ impl<'a> Run<'a> {
 
     fn learned(mut self) -> Result<Learned, OpError> {
         let steps = || Dim::new("step", Labels::Numbers(self.measured.clone()));
-        let trials = Dim::new("trial", Labels::Numbers((0..self.op.trials).map(real).collect()));
+        let count = |n: usize| Labels::Numbers((0..n).map(real).collect());
+        let trials = Dim::new("trial", count(self.op.trials));
         let names = self.learning.losses().names().iter().map(|name| (*name).to_owned());
         let parts = Dim::new("part", Labels::Names(names.collect()));
         Ok(Learned {
             agent: self.learning.agent(),
             returns: Array { dims: vec![steps(), trials], values: self.returns.clone() },
             losses: Array { dims: vec![steps(), parts], values: self.losses.clone() },
+            played: Array::series(Dim::new("episode", count(self.played.len())), self.played),
         })
     }
 }

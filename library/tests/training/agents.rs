@@ -1,0 +1,147 @@
+//! Agents on problems with a known answer, and in the face of interruptions.
+
+use std::sync::Mutex;
+
+use ivx_library::agent::{Learn, Learned, Method, Span};
+use ivx_math::moments::mean;
+use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, Op as _, OpError, Part, Progress};
+use ivx_world::Env;
+
+fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, usize)) -> Learn {
+    let registry = ivx_library::registry();
+    let lit = |part: &Part| Lit::Part(registry.complete(part));
+    Learn {
+        how: Box::<dyn Method>::from_lit(&lit(how)).unwrap(),
+        r#in: Box::<dyn Env>::from_lit(&lit(env)).unwrap(),
+        r#for: Box::<dyn Span>::from_lit(&lit(&Part::new("steps").with("n", steps))).unwrap(),
+        every,
+        trials: 5,
+        lanes,
+    }
+}
+
+fn rate(lr: f64) -> Part {
+    Part::new("adam").with("lr", Part::new("constant").with("value", lr))
+}
+
+fn dqn() -> Part {
+    let follows = Part::new("averaged").with("share", 0.05);
+    Part::new("dqn")
+        .with("net", Part::new("mlp").with("hidden", vec![32_i64]))
+        .with("warm_up", 200_i64)
+        .with("every", 2_i64)
+        .with("explore", 2000_i64)
+        .with("target", follows)
+        .with("optimiser", rate(3e-3))
+}
+
+/// What is won after learning to walk a chain of ten cells, where an even walk takes about ninety steps and the best
+/// takes five.
+fn steps_to_goal(how: &Part, lanes: usize) -> f64 {
+    let env = Part::new("chain").with("cells", 10_i64);
+    let run = learn(how, &env, 4000, (0, lanes)).run(&Ctx::new("learn", 1, None)).unwrap();
+    let agent = run.agent;
+    let (env, ctx) = (learn(how, &env, 1, (0, 1)).r#in, Ctx::new("act", 2, None));
+    let mut lanes = ivx_world::Lanes::open(&*env, 20, &ctx, ("evaluate", 0)).unwrap();
+    let mut acting = agent.open();
+    let mut rng = ctx.rng("act", &[]);
+    let mut lengths = Vec::new();
+    for _ in 0..400 {
+        let (seen, acts) = lanes.choose();
+        acting.act(seen, &mut rng, acts);
+        lanes.step();
+        #[expect(clippy::cast_precision_loss, reason = "episodes are short")]
+        lengths.extend(lanes.finished().map(|episode| episode.length as f64));
+    }
+    mean(&lengths)
+}
+
+#[test]
+fn every_method_learns_to_walk() {
+    let on_policy = |name: &str| {
+        Part::new(name)
+            .with("net", Part::new("mlp").with("hidden", vec![32_i64]))
+            .with("optimiser", rate(1e-2))
+            .with("n_steps", 20_i64)
+    };
+    for (name, how, lanes) in [
+        ("dqn", dqn(), 1),
+        ("double dqn over three steps", dqn().with("double", true).with("n_step", 3_i64), 2),
+        ("ppo", on_policy("ppo"), 8),
+        ("ppo, shared", on_policy("ppo").with("shared", true), 8),
+        ("a2c", on_policy("a2c"), 8),
+    ] {
+        let took = steps_to_goal(&how, lanes);
+        assert!(took < 8.0, "{name} takes {took} steps");
+    }
+}
+
+/// Stops a computation after so many checks, and keeps what it says.
+#[derive(Debug)]
+struct Stops {
+    left: Mutex<u64>,
+    kept: Mutex<Option<Vec<u8>>>,
+}
+
+impl Progress for Stops {
+    fn load(&self) -> Option<Vec<u8>> {
+        self.kept.lock().unwrap().clone()
+    }
+    fn due(&self) -> bool {
+        false
+    }
+    fn save(&self, state: Vec<u8>) {
+        *self.kept.lock().unwrap() = Some(state);
+    }
+    fn stopping(&self) -> bool {
+        let mut left = self.left.lock().unwrap();
+        *left = left.saturating_sub(1);
+        *left == 0
+    }
+    fn listens(&self) -> bool {
+        false
+    }
+    fn tell(&self, _: u64, _: u64, _: &str) {}
+}
+
+/// A learning that is stopped again and again, after `gaps` checks each, until it is done.
+fn interrupted(op: &Learn, gaps: impl Iterator<Item = u64>) -> (Learned, usize) {
+    let mut kept = None;
+    for (stops, gap) in gaps.enumerate() {
+        let progress = Stops { left: Mutex::new(gap), kept: Mutex::new(kept) };
+        match op.run(&Ctx::new("learn", 3, None).keeping(&progress)) {
+            Ok(learned) => return (learned, stops),
+            Err(error) => assert_eq!(error, OpError::Stopped),
+        }
+        kept = progress.kept.into_inner().unwrap();
+    }
+    panic!("it never ends");
+}
+
+#[test]
+fn who_is_stopped_at_any_moment_ends_in_the_same_bytes() {
+    let game = Part::new("minatar").with("game", "breakout");
+    let cart = Part::new("cart_pole");
+    let small = |name: &str| {
+        Part::new(name).with("net", Part::new("mlp").with("hidden", vec![8_i64]))
+    };
+    let torso = Part::new("cnn")
+        .with("channels", vec![2_i64])
+        .with("kernels", vec![3_i64])
+        .with("hidden", vec![8_i64]);
+    let ppo = small("ppo").with("n_steps", 16_i64);
+    let dqn = small("dqn").with("warm_up", 64_i64).with("replay", 300_i64);
+    for (how, env, lanes) in [
+        (dqn.clone().with("net", torso.clone()), &game, 1),
+        (dqn.with("n_step", 3_i64).with("double", true), &cart, 4),
+        (ppo, &cart, 8),
+        (small("a2c").with("net", torso), &game, 2),
+    ] {
+        let op = learn(&how, env, 960, (320, lanes));
+        let whole = op.run(&Ctx::new("learn", 3, None)).unwrap();
+        let gaps = (0_u64..).map(|i| 1 + (i * 7919) % 97);
+        let (other, stops) = interrupted(&op, gaps);
+        assert!(stops > 2, "{stops} stops");
+        assert!(whole.encode() == other.encode(), "{how} after {stops} stops");
+    }
+}
