@@ -12,6 +12,11 @@ pub mod planner;
 
 use ivx_op::Registry;
 
+/// The page about agents, whose code is compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/agents.md")]
+struct Page;
+
 /// The digest of the library's source, for the provenance of results.
 pub const SOURCE_DIGEST: &str = env!("IVX_SOURCE_DIGEST");
 

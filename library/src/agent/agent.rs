@@ -86,7 +86,8 @@ impl Acting for Opened {
 }
 
 /// The place of the largest number, the first of equals.
-pub(crate) fn best(row: &[f32]) -> usize {
+#[must_use]
+pub fn best(row: &[f32]) -> usize {
     row.iter().enumerate().fold(0, |best, (i, x)| if *x > row[best] { i } else { best })
 }
 
@@ -105,7 +106,8 @@ pub(crate) fn sampled(logits: &[f32], u: f32) -> (usize, f32) {
 }
 
 /// What a network sees of a row of these fields: an image where there is only one, else all numbers as a vector.
-pub(crate) fn sight(sees: &[Field]) -> Vec<usize> {
+#[must_use]
+pub fn sight(sees: &[Field]) -> Vec<usize> {
     match sees {
         [Field { shape, .. }] if shape.len() == 3 => shape.clone(),
         _ => vec![sees.iter().map(Field::spread).sum()],
@@ -113,7 +115,8 @@ pub(crate) fn sight(sees: &[Field]) -> Vec<usize> {
 }
 
 /// Rows as a network sees them.
-pub(crate) fn look(live: &Live, seen: &Columns) -> Var {
+#[must_use]
+pub fn look(live: &Live, seen: &Columns) -> Var {
     live.graph.filled(seen_shape(seen.fields(), seen.len()), |out| seen.spread_all(out))
 }
 

@@ -35,7 +35,8 @@ impl Op for Evaluate {
     fn run(&self, ctx: &Ctx) -> Result<Evaluation, OpError> {
         let spec = self.r#in.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
         let mut actor = self.actor.open(&spec).map_err(|misfit| OpError::Failed(misfit.message))?;
-        let run = drive(&mut *actor, &*self.r#in, self.trials, ctx, 0)?;
+        let trials = (self.trials, 0);
+        let run = drive(&mut *actor, &*self.r#in, trials, ctx, || ctx.checkpoint(Vec::new))?;
         let trials = || Dim::new("trial", Labels::count(self.trials));
         let told = Dim::new("told", Labels::Names(spec.tells));
         Ok(Evaluation {
@@ -53,13 +54,17 @@ pub(crate) struct Run {
     told: Vec<f64>,
 }
 
-/// Lets an agent act in `trials` worlds, one episode in each. `first` tells apart worlds that must differ.
+/// How many steps there are between looks whether it is to end.
+const LOOKS: u64 = 64;
+
+/// Lets an agent act in `trials` worlds, one episode in each. `first` tells apart worlds that must differ; `look` says
+/// whether it is to end before it is done.
 pub(crate) fn drive(
     actor: &mut dyn Acting,
     env: &dyn Env,
-    trials: usize,
+    (trials, first): (usize, u64),
     ctx: &Ctx<'_>,
-    first: u64,
+    mut look: impl FnMut() -> Result<(), OpError>,
 ) -> Result<Run, OpError> {
     let mut lanes = Lanes::open(env, trials, ctx, ("evaluate", first))?;
     let mut rng = ctx.rng("act", &[&first.to_string()]);
@@ -68,6 +73,9 @@ pub(crate) fn drive(
     let mut run = Run { returns, lengths, told: vec![0.0; trials * width] };
     let mut open = vec![true; trials];
     for t in 0_u64.. {
+        if t % LOOKS == 0 {
+            look()?;
+        }
         rng.set_stream(t);
         rng.set_word_pos(0);
         let (seen, acts) = lanes.choose();

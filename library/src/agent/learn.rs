@@ -214,11 +214,18 @@ impl<'a> Run<'a> {
         state.within("learning", |state| self.learning.state(state));
     }
 
+    fn kept(&mut self) -> Vec<u8> {
+        State::keep(|state| self.walk(state))
+    }
+
     fn finish(&mut self, ctx: &Ctx<'a>) -> Result<(), OpError> {
-        while self.done() < self.total {
-            ctx.checkpoint(|| State::keep(|state| self.walk(state)))?;
-            self.turn();
+        loop {
             self.measure_if_due(ctx)?;
+            if self.done() >= self.total {
+                break;
+            }
+            ctx.checkpoint(|| self.kept())?;
+            self.turn();
             ctx.tell(self.done(), self.total, || {
                 let last = self.learning.losses().last();
                 let played = &self.played[self.played.len().saturating_sub(RECENT)..];
@@ -260,7 +267,9 @@ impl<'a> Run<'a> {
                 self.steps
             )));
         }
-        let run = drive(&mut *agent.open(), &*self.op.r#in, self.op.trials, ctx, after)?;
+        let (op, mut actor) = (self.op, agent.open());
+        let look = || ctx.checkpoint(|| self.kept());
+        let run = drive(&mut *actor, &*op.r#in, (op.trials, after), ctx, look)?;
         #[expect(clippy::cast_precision_loss, reason = "steps are far below 2^53")]
         self.measured.push(after as f64);
         self.returns.extend(run.returns);

@@ -27,14 +27,14 @@ use ivx_op::Registry;
 
 pub use act::{Act, Demonstrations, Returns, Visits};
 pub use actor::{Actor, Random, Trained};
-pub use agent::{Acting, Agent, Choice};
+pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use cloned::ClonedPolicy;
 pub use control::{Bootstrap, Control, ExpectedSarsa, QLearning, Sarsa};
 pub use dynamic::{PolicyValues, ValueIteration};
 pub use estimate::{EstimateValues, Estimator, MonteCarlo, Td, TdLambda};
 pub use evaluate::{Evaluate, Evaluation};
 pub use implicit::{ImplicitActionValues, ImplicitOptimalValues, ImplicitValues, SampledValues};
-pub use learn::{Learn, Learned, Span};
+pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
 pub use method::{A2c, Dqn, Learning, Means, Method, Ppo, Setting, q_loss, q_target};
 pub use policy::{BoltzmannPolicy, GreedyPolicy, UniformPolicy};
 pub use policy_gradient::{ActorCritic, Critic, PolicyGradient, Reinforce};

@@ -122,9 +122,8 @@ fn interrupted(op: &Learn, gaps: impl Iterator<Item = u64>) -> (Learned, usize) 
 fn who_is_stopped_at_any_moment_ends_in_the_same_bytes() {
     let game = Part::new("minatar").with("game", "breakout");
     let cart = Part::new("cart_pole");
-    let small = |name: &str| {
-        Part::new(name).with("net", Part::new("mlp").with("hidden", vec![8_i64]))
-    };
+    let small =
+        |name: &str| Part::new(name).with("net", Part::new("mlp").with("hidden", vec![8_i64]));
     let torso = Part::new("cnn")
         .with("channels", vec![2_i64])
         .with("kernels", vec![3_i64])

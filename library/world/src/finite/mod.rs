@@ -37,6 +37,9 @@ pub trait Finite: Debug + Send + Sync {
     }
 }
 
+/// After how many steps an episode is cut off that does not end by itself.
+const LIMIT: u64 = 1000;
+
 impl<T: Finite> Env for T {
     fn spec(&self) -> Result<Spec, Misfit> {
         let mdp = self.mdp().map_err(|error| Misfit::new(error.to_string(), "name another"))?;
@@ -44,7 +47,7 @@ impl<T: Finite> Env for T {
             sees: vec![Field::new("state", &[], Kind::Index(mdp.n_states()))],
             does: Actions::named(&mdp.actions),
             tells: Vec::new(),
-            limit: None,
+            limit: Some(LIMIT),
         })
     }
 
