@@ -191,7 +191,7 @@ to_come! {
     /// An agent that plans under an ensemble.
     Rip = "rip" -> Agent { model: Members<Model>; ke: Box<dyn KnowledgeEquivalent>; }
     /// What becomes of an agent.
-    Evaluate = "evaluate", stochastic -> Run {
+    Drive = "drive", stochastic -> Run {
         agent: One<Agent>;
         r#in: Box<dyn World>;
         trials: u64 = 10;
@@ -242,7 +242,7 @@ fn registry() -> Registry {
         .op::<Rollout>()
         .op::<ImitativePlanner>()
         .op::<Rip>()
-        .op::<Evaluate>()
+        .op::<Drive>()
         .op::<Adapt>()
         .op::<ScoreVariance>()
         .op::<Experience>()
@@ -294,7 +294,7 @@ fn table_3_3_has_methods_of_different_make_and_ragged_tasks() {
     assert_eq!(count(&nodes, "train"), 3 * 5);
     assert_eq!(count(&nodes, "imitative_planner"), 3);
     assert_eq!(count(&nodes, "rip"), 3 * 3);
-    assert_eq!(count(&nodes, "evaluate"), 3 * 27 * 4);
+    assert_eq!(count(&nodes, "drive"), 3 * 27 * 4);
 }
 
 #[test]

@@ -73,7 +73,7 @@ fn python_reads_what_we_write_and_we_what_it_writes() {
 
     let told: BTreeMap<String, (String, Vec<usize>, Vec<u32>)> =
         serde_json::from_slice(&output.stdout).expect("it prints JSON");
-    let ours = net.params.iter().map(|(name, shape, values)| {
+    let ours = net.nets.arrays.iter().map(|(name, shape, values)| {
         let values = values.iter().map(|x| x.to_bits()).collect();
         (name.clone(), ("float32".to_owned(), shape.clone(), values))
     });
@@ -81,7 +81,7 @@ fn python_reads_what_we_write_and_we_what_it_writes() {
 
     let read = |name: &str| fs::read(folder.path().join(name)).expect("it writes the file");
     let mut halves = net;
-    halves.params.iter_mut().flat_map(|(.., values)| values).for_each(|x| *x /= 2.0);
+    halves.nets.arrays.iter_mut().flat_map(|(.., values)| values).for_each(|x| *x /= 2.0);
     assert_eq!(Model::decode(&read("halves.safetensors")), Some(Model::Net(halves)));
 
     let (theirs, metadata) = read_tensors(&read("theirs.safetensors")).expect("it is read");
@@ -99,15 +99,15 @@ fn python_reads_what_we_write_and_we_what_it_writes() {
 fn arrays_lie_in_one_order_whatever_the_order_in_which_they_came() {
     let net = net();
     let file = Model::Net(net.clone()).encode();
-    for turn in 0..net.params.len() {
+    for turn in 0..net.nets.arrays.len() {
         let mut turned = net.clone();
-        turned.params.rotate_left(turn);
-        turned.params.swap(0, 1);
+        turned.nets.arrays.rotate_left(turn);
+        turned.nets.arrays.swap(0, 1);
         assert_eq!(Digest::of(&Model::Net(turned).encode()), Digest::of(&file), "{turn}");
     }
     // And another array's numbers under a name are another file.
     let mut other = net;
-    let (first, rest) = other.params.split_at_mut(1);
+    let (first, rest) = other.nets.arrays.split_at_mut(1);
     std::mem::swap(&mut first[0].2[0], &mut rest[0].2[0]);
     assert_ne!(Digest::of(&Model::Net(other).encode()), Digest::of(&file));
 

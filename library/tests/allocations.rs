@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use ivx_data::{Dataset, Form};
-use ivx_library::agent::{Act, TabularModel, UniformPolicy};
+use ivx_library::agent::{Act, Agent, Learn, Method, Steps, TabularModel, UniformPolicy};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
 use ivx_nn::{Mlp, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
-use ivx_world::{Copying, Glyphs, Gridworld, Task};
+use ivx_world::{Copying, Env, Glyphs, Gridworld, Lanes, Task};
 use nets::{TASKS, Training};
 use tracking_allocator::{
     AllocationGroupId, AllocationGroupToken, AllocationRegistry, AllocationTracker, Allocator,
@@ -30,6 +30,8 @@ static PEAK: AtomicIsize = AtomicIsize::new(0);
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 /// How many buffers above [`SMALL`] there were.
 static LARGE: AtomicUsize = AtomicUsize::new(0);
+/// How many buffers there were.
+static ANY: AtomicUsize = AtomicUsize::new(0);
 
 /// Counts what is allocated while a test is counting, on its thread.
 struct Counter;
@@ -37,6 +39,7 @@ struct Counter;
 impl AllocationTracker for Counter {
     fn allocated(&self, _: usize, size: usize, _: usize, group: AllocationGroupId) {
         if group.as_usize().get() == GROUP.load(SeqCst) {
+            ANY.fetch_add(1, SeqCst);
             LARGEST.fetch_max(size, SeqCst);
             LARGE.fetch_add(usize::from(size > SMALL), SeqCst);
             let live = LIVE.fetch_add(size.cast_signed(), SeqCst) + size.cast_signed();
@@ -73,6 +76,7 @@ fn counted<R>(run: impl FnOnce() -> R) -> R {
     PEAK.store(0, SeqCst);
     LARGEST.store(0, SeqCst);
     LARGE.store(0, SeqCst);
+    ANY.store(0, SeqCst);
     let _guard = group.enter();
     run()
 }
@@ -221,5 +225,50 @@ fn a_member_takes_no_more_than_it_says() {
         eprintln!("{hidden:?} on {n} pairs: {peak} bytes at most, {estimate} foreseen");
         let share = peak / estimate;
         assert!((0.6..1.0).contains(&share), "{hidden:?} on {n}: {peak} of {estimate} bytes");
+    }
+}
+
+/// An agent of one game as it has learned to act.
+fn agent(how: &Part, lanes: usize) -> (Agent, Box<dyn Env>) {
+    let registry = ivx_library::registry();
+    let lit = |part: &Part| Lit::Part(registry.complete(part));
+    let game = Part::new("minatar").with("game", "breakout");
+    let env = || Box::<dyn Env>::from_lit(&lit(&game)).unwrap();
+    let learn = Learn {
+        how: Box::<dyn Method>::from_lit(&lit(how)).unwrap(),
+        r#in: env(),
+        r#for: Box::new(Steps { n: 16 }),
+        every: 0,
+        trials: 1,
+        lanes,
+    };
+    (learn.run(&Ctx::new("learn", 0, None)).unwrap().agent, env())
+}
+
+#[test]
+fn who_acts_asks_for_no_buffer() {
+    let torso = Part::new("cnn")
+        .with("channels", vec![16_i64])
+        .with("kernels", vec![3_i64])
+        .with("hidden", vec![128_i64]);
+    let shared = Part::new("ppo").with("shared", true).with("n_steps", 8_i64);
+    for how in [Part::new("dqn"), shared.with("minibatches", 1_i64)] {
+        let (agent, env) = agent(&how.with("net", torso.clone()), 1);
+        let ctx = Ctx::new("act", 0, None);
+        for lanes in [1, 8] {
+            let mut lanes = Lanes::open(&*env, lanes, &ctx, ("evaluate", 0)).unwrap();
+            let mut actor = agent.open();
+            let mut rng = ctx.rng("act", &[]);
+            let mut act = |lanes: &mut Lanes<'_>| {
+                let (seen, acts) = lanes.choose();
+                actor.act(seen, &mut rng, acts);
+            };
+            act(&mut lanes);
+            let asked = counted(|| {
+                (0..100).for_each(|_| act(&mut lanes));
+                ANY.load(SeqCst)
+            });
+            assert_eq!(asked, 0, "of {:?}", agent.acts);
+        }
     }
 }

@@ -122,9 +122,11 @@ pub fn look(live: &Live, seen: &Columns) -> Var {
 
 /// The shape of a batch of rows.
 pub(crate) fn seen_shape(sees: &[Field], n: usize) -> Shape {
-    match sight(sees)[..] {
-        [channels, rows, cols] => Shape { n, item: [channels, rows, cols] },
-        ref vector => Shape::vectors(n, vector[0]),
+    match sees {
+        [Field { shape, .. }] if shape.len() == 3 => {
+            Shape { n, item: [shape[0], shape[1], shape[2]] }
+        }
+        _ => Shape::vectors(n, sees.iter().map(Field::spread).sum()),
     }
 }
 

@@ -130,6 +130,10 @@ impl Replay {
         let lane = &mut self.lanes[lane];
         let place = usize::try_from(lane.written % rows as u64).expect("a place in memory");
         if lane.ends.len() == place && place < rows {
+            grow(&mut lane.seen, sight, rows);
+            grow(&mut lane.rewards, 4, rows);
+            grow(&mut lane.acts, 1, rows);
+            grow(&mut lane.ends, 1, rows);
             lane.seen.resize((place + 1) * sight, 0);
             lane.acts.push(0);
             lane.rewards.resize(4 * (place + 1), 0);
@@ -231,6 +235,14 @@ impl Replay {
                 state.bytes("ends", &mut lane.ends);
             });
         }
+    }
+}
+
+/// Makes room for one more row of `width` bytes of at most `rows`: an eighth more at a time, since a replay fills memory.
+fn grow(bytes: &mut Vec<u8>, width: usize, rows: usize) {
+    if bytes.capacity() < bytes.len() + width {
+        let more = (bytes.len() / width / 8).max(1024).min(rows - bytes.len() / width);
+        bytes.reserve_exact(more * width);
     }
 }
 
@@ -403,6 +415,25 @@ mod tests {
         replay.push(&step(22, End::No));
         let last = *drawn(&replay).last().unwrap();
         assert_eq!(last, (20, power(20) + 0.5 * power(21), 0.25, Some(22)));
+    }
+
+    /// As those of Breakout: 400 bits, an action, a reward and an end.
+    #[test]
+    fn a_replay_takes_little_more_than_its_bits() {
+        let sees = vec![Field::new("grid", &[4, 10, 10], Kind::Bit)];
+        let mut replay = Replay::new(&sees, (50_000, 1), (1, 0.9));
+        let mut step = step(1, End::No);
+        step.before = Columns::zeros(sees.clone(), 1);
+        for n in 1..=60_000 {
+            replay.push(&step);
+            let Lane { seen, acts, rewards, ends, .. } = &replay.lanes[0];
+            let held = seen.capacity() + acts.capacity() + rewards.capacity() + ends.capacity();
+            let rows = n.min(50_000).max(10_000);
+            assert!(held <= rows * 50 * 13 / 10, "{held} bytes after {n} steps");
+        }
+        let Lane { seen, acts, rewards, ends, .. } = &replay.lanes[0];
+        let held = seen.capacity() + acts.capacity() + rewards.capacity() + ends.capacity();
+        assert_eq!((held, Replay::bytes(&sees, 50_000)), (50_000 * 56, 50_000 * 56));
     }
 
     #[test]

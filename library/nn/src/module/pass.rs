@@ -40,7 +40,7 @@ impl Module {
         mode: &mut Mode<'_>,
     ) -> Var {
         let mut pass = Pass { graph, params: params.iter(), mode };
-        pass.layer(self, x, input.to_vec()).0
+        pass.layer(self, x, Sizes::of(input)).0
     }
 }
 
@@ -50,6 +50,46 @@ pub(crate) fn batch(n: usize, item: &[usize]) -> Shape {
     match item {
         [channels, rows, cols] => Shape { n, item: [*channels, *rows, *cols] },
         _ => Shape::vectors(n, item.iter().product()),
+    }
+}
+
+/// The shape of an item, which is in no buffer, so that a pass asks for none.
+#[derive(Clone, Copy)]
+struct Sizes {
+    len: usize,
+    sizes: [usize; 3],
+}
+
+impl Sizes {
+    fn of(shape: &[usize]) -> Self {
+        let mut sizes = [0; 3];
+        sizes[..shape.len()].copy_from_slice(shape);
+        Self { len: shape.len(), sizes }
+    }
+
+    /// The shape of what comes out of a layer.
+    fn after(self, layer: &Module) -> Self {
+        match (layer, &self[..]) {
+            (Module::Dense { outputs, .. }, [] | [_]) => Self::of(&[*outputs]),
+            (Module::Dense { outputs, .. }, [steps, _]) => Self::of(&[*steps, *outputs]),
+            (Module::Conv { outputs, window, .. }, [_, rows, cols]) => {
+                Self::of(&[*outputs, window.places(*rows), window.places(*cols)])
+            }
+            (Module::Flatten, all) => Self::of(&[all.iter().product()]),
+            (Module::Curve(_), _) => self,
+            (other, shape) => match other.output(shape) {
+                Ok(output) => Self::of(&output),
+                Err(misfit) => panic!("{}", misfit.message),
+            },
+        }
+    }
+}
+
+impl std::ops::Deref for Sizes {
+    type Target = [usize];
+
+    fn deref(&self) -> &[usize] {
+        &self.sizes[..self.len]
     }
 }
 
@@ -65,7 +105,7 @@ impl<F: Real> Pass<'_, '_, F> {
     }
 
     /// What comes out of one layer, and its shape.
-    fn layer(&mut self, module: &Module, x: Var, shape: Vec<usize>) -> (Var, Vec<usize>) {
+    fn layer(&mut self, module: &Module, x: Var, shape: Sizes) -> (Var, Sizes) {
         let graph = self.graph;
         match module {
             Module::Sequence(layers) => return self.layers(layers, x, shape),
@@ -75,7 +115,7 @@ impl<F: Real> Pass<'_, '_, F> {
             }
             _ => {}
         }
-        let output = module.output(&shape).unwrap_or_else(|misfit| panic!("{}", misfit.message));
+        let output = shape.after(module);
         let y = match module {
             Module::Dense { outputs, curve, .. } => {
                 let (weight, bias) = (self.next(), self.next());
@@ -145,7 +185,7 @@ impl<F: Real> Pass<'_, '_, F> {
         (y, output)
     }
 
-    fn layers(&mut self, layers: &[Module], x: Var, shape: Vec<usize>) -> (Var, Vec<usize>) {
+    fn layers(&mut self, layers: &[Module], x: Var, shape: Sizes) -> (Var, Sizes) {
         let mut at = (x, shape);
         for (i, layer) in layers.iter().enumerate() {
             at = match (layer, layers.get(i + 1)) {
@@ -153,7 +193,7 @@ impl<F: Real> Pass<'_, '_, F> {
                 (Module::Flatten, Some(Module::Dense { inputs, .. }))
                     if *inputs == at.1.iter().product::<usize>() =>
                 {
-                    (at.0, vec![*inputs])
+                    (at.0, Sizes::of(&[*inputs]))
                 }
                 _ => self.layer(layer, at.0, at.1),
             };

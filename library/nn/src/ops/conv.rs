@@ -194,7 +194,7 @@ impl<F: Real> Graph<F> {
         let kept = if shape.n * groups * width <= KEPT { shape.n * groups } else { 1 };
         let scratch = self.keep(kept * width, |_, _| {});
         let out = Shape { n: shape.n, item: [n_out, sizes.places[0], sizes.places[1]] };
-        let params: Vec<ParamId> = [weight].into_iter().chain(bias).collect();
+        let params = [weight, bias.unwrap_or(weight)];
         self.op_with(
             scratch,
             out,
