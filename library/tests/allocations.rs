@@ -233,16 +233,16 @@ fn agent(how: &Part, lanes: usize) -> (Agent, Box<dyn Env>) {
     let registry = ivx_library::registry();
     let lit = |part: &Part| Lit::Part(registry.complete(part));
     let game = Part::new("minatar").with("game", "breakout");
-    let env = || Box::<dyn Env>::from_lit(&lit(&game)).unwrap();
+    let env = || Box::<dyn Env>::from_lit(&lit(&game)).expect("a world");
     let learn = Learn {
-        how: Box::<dyn Method>::from_lit(&lit(how)).unwrap(),
+        how: Box::<dyn Method>::from_lit(&lit(how)).expect("a method"),
         r#in: env(),
         r#for: Box::new(Steps { n: 16 }),
         every: 0,
         trials: 1,
         lanes,
     };
-    (learn.run(&Ctx::new("learn", 0, None)).unwrap().agent, env())
+    (learn.run(&Ctx::new("learn", 0, None)).expect("it learns").agent, env())
 }
 
 #[test]
@@ -256,7 +256,7 @@ fn who_acts_asks_for_no_buffer() {
         let (agent, env) = agent(&how.with("net", torso.clone()), 1);
         let ctx = Ctx::new("act", 0, None);
         for lanes in [1, 8] {
-            let mut lanes = Lanes::open(&*env, lanes, &ctx, ("evaluate", 0)).unwrap();
+            let mut lanes = Lanes::open(&*env, lanes, &ctx, ("evaluate", 0)).expect("worlds");
             let mut actor = agent.open();
             let mut rng = ctx.rng("act", &[]);
             let mut act = |lanes: &mut Lanes<'_>| {

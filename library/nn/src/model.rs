@@ -47,7 +47,9 @@ impl NetModel {
         arrays: Vec<Named>,
     ) -> Self {
         let mut nets = Networks::default();
-        arrays.into_iter().for_each(|array| nets.put(array));
+        for array in arrays {
+            nets.put(array);
+        }
         if prior_scale != 0.0 {
             nets.modules.insert(PRIOR.to_owned(), module.clone());
         }

@@ -47,8 +47,9 @@ mod tests {
         let mut tried = Vec::new();
         let mut share = |t: u64| {
             explore.tried(t, 4, 20_000, &mut tried);
-            let found = tried.iter().flatten().count() as f64 / 20_000.0;
-            let third = tried.iter().flatten().filter(|a| **a == 3).count() as f64 / 20_000.0;
+            let share = |n: usize| ivx_math::moments::real(n) / 20_000.0;
+            let found = share(tried.iter().flatten().count());
+            let third = share(tried.iter().flatten().filter(|a| **a == 3).count());
             assert!((third - found / 4.0).abs() < 0.02);
             found
         };

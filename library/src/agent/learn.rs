@@ -143,7 +143,7 @@ impl Op for Learn {
             run = Run::begin(self, &spec, ctx)?;
         }
         run.finish(ctx)?;
-        run.learned()
+        Ok(run.learned())
     }
 
     fn needs(args: &Args, _: Option<&Shapes>, input_bytes: u64) -> Needs {
@@ -278,17 +278,17 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn learned(mut self) -> Result<Learned, OpError> {
+    fn learned(mut self) -> Learned {
         let steps = || Dim::new("step", Labels::Numbers(self.measured.clone()));
         let count = |n: usize| Labels::Numbers((0..n).map(real).collect());
         let trials = Dim::new("trial", count(self.op.trials));
         let names = self.learning.losses().names().iter().map(|name| (*name).to_owned());
         let parts = Dim::new("part", Labels::Names(names.collect()));
-        Ok(Learned {
+        Learned {
             agent: self.learning.agent(),
             returns: Array { dims: vec![steps(), trials], values: self.returns.clone() },
             losses: Array { dims: vec![steps(), parts], values: self.losses.clone() },
             played: Array::series(Dim::new("episode", count(self.played.len())), self.played),
-        })
+        }
     }
 }

@@ -365,7 +365,10 @@ mod tests {
     fn drawn(replay: &Replay) -> Vec<(u8, f32, f32, Option<u8>)> {
         let (mut rng, mut batch) = (ChaCha8Rng::seed_from_u64(1), Batch::default());
         replay.draw(2000, &mut rng, &mut batch);
-        let when = |row: (usize, usize)| looked(replay, &[row])[11] as u8;
+        let when = |row: (usize, usize)| {
+            let time = looked(replay, &[row])[11];
+            (0..=u8::MAX).find(|t| f32::from(*t) == time).expect("a time")
+        };
         let mut found = Vec::new();
         for i in 0..batch.rows.len() {
             let t = when(batch.rows[i]);
@@ -373,7 +376,7 @@ mod tests {
             let next = (batch.discounts[i] > 0.0).then(|| when(batch.next[i]));
             found.push((t, batch.rewards[i], batch.discounts[i], next));
         }
-        found.sort_by(|a, b| a.0.cmp(&b.0));
+        found.sort_by_key(|(t, ..)| *t);
         found.dedup();
         found
     }
@@ -428,7 +431,7 @@ mod tests {
             replay.push(&step);
             let Lane { seen, acts, rewards, ends, .. } = &replay.lanes[0];
             let held = seen.capacity() + acts.capacity() + rewards.capacity() + ends.capacity();
-            let rows = n.min(50_000).max(10_000);
+            let rows = n.clamp(10_000, 50_000);
             assert!(held <= rows * 50 * 13 / 10, "{held} bytes after {n} steps");
         }
         let Lane { seen, acts, rewards, ends, .. } = &replay.lanes[0];

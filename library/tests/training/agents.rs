@@ -11,9 +11,10 @@ fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, usize)) -> Le
     let registry = ivx_library::registry();
     let lit = |part: &Part| Lit::Part(registry.complete(part));
     Learn {
-        how: Box::<dyn Method>::from_lit(&lit(how)).unwrap(),
-        r#in: Box::<dyn Env>::from_lit(&lit(env)).unwrap(),
-        r#for: Box::<dyn Span>::from_lit(&lit(&Part::new("steps").with("n", steps))).unwrap(),
+        how: Box::<dyn Method>::from_lit(&lit(how)).expect("a method"),
+        r#in: Box::<dyn Env>::from_lit(&lit(env)).expect("a world"),
+        r#for: Box::<dyn Span>::from_lit(&lit(&Part::new("steps").with("n", steps)))
+            .expect("a span"),
         every,
         trials: 5,
         lanes,
@@ -39,10 +40,11 @@ fn dqn() -> Part {
 /// takes five.
 fn steps_to_goal(how: &Part, lanes: usize) -> f64 {
     let env = Part::new("chain").with("cells", 10_i64);
-    let run = learn(how, &env, 4000, (0, lanes)).run(&Ctx::new("learn", 1, None)).unwrap();
+    let run =
+        learn(how, &env, 4000, (0, lanes)).run(&Ctx::new("learn", 1, None)).expect("it learns");
     let agent = run.agent;
     let (env, ctx) = (learn(how, &env, 1, (0, 1)).r#in, Ctx::new("act", 2, None));
-    let mut lanes = ivx_world::Lanes::open(&*env, 20, &ctx, ("evaluate", 0)).unwrap();
+    let mut lanes = ivx_world::Lanes::open(&*env, 20, &ctx, ("evaluate", 0)).expect("worlds");
     let mut acting = agent.open();
     let mut rng = ctx.rng("act", &[]);
     let mut lengths = Vec::new();
@@ -85,16 +87,16 @@ struct Stops {
 
 impl Progress for Stops {
     fn load(&self) -> Option<Vec<u8>> {
-        self.kept.lock().unwrap().clone()
+        self.kept.lock().expect("nobody failed").clone()
     }
     fn due(&self) -> bool {
         false
     }
     fn save(&self, state: Vec<u8>) {
-        *self.kept.lock().unwrap() = Some(state);
+        *self.kept.lock().expect("nobody failed") = Some(state);
     }
     fn stopping(&self) -> bool {
-        let mut left = self.left.lock().unwrap();
+        let mut left = self.left.lock().expect("nobody failed");
         *left = left.saturating_sub(1);
         *left == 0
     }
@@ -113,7 +115,7 @@ fn interrupted(op: &Learn, gaps: impl Iterator<Item = u64>) -> (Learned, usize) 
             Ok(learned) => return (learned, stops),
             Err(error) => assert_eq!(error, OpError::Stopped),
         }
-        kept = progress.kept.into_inner().unwrap();
+        kept = progress.kept.into_inner().expect("nobody failed");
     }
     panic!("it never ends");
 }
@@ -137,7 +139,7 @@ fn who_is_stopped_at_any_moment_ends_in_the_same_bytes() {
         (small("a2c").with("net", torso), &game, 2),
     ] {
         let op = learn(&how, env, 960, (320, lanes));
-        let whole = op.run(&Ctx::new("learn", 3, None)).unwrap();
+        let whole = op.run(&Ctx::new("learn", 3, None)).expect("it learns");
         let gaps = (0_u64..).map(|i| 1 + (i * 7919) % 97);
         let (other, stops) = interrupted(&op, gaps);
         assert!(stops > 2, "{stops} stops");

@@ -109,7 +109,7 @@ pub struct Lanes<'a> {
     ctx: Ctx<'a>,
     stream: &'static str,
     spec: Spec,
-    lanes: Vec<Lane>,
+    each: Vec<Lane>,
     seen: Columns,
     step: Step,
     finished: Vec<Finished>,
@@ -127,13 +127,13 @@ impl<'a> Lanes<'a> {
         (stream, first): (&'static str, u64),
     ) -> Result<Self, OpError> {
         let spec = env.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
-        let mut lanes = Vec::new();
+        let mut each = Vec::new();
         for lane in 0..n {
             let luck = Luck::of(ctx, stream, lane as u64, first);
             let world = env.open()?;
             let (length, payoff, acts) = (0, 0.0, Vec::new());
             let (episode, rests) = (first, false);
-            lanes.push(Lane { world, luck, episode, length, payoff, acts, rests });
+            each.push(Lane { world, luck, episode, length, payoff, acts, rests });
         }
         let rows = || Columns::zeros(spec.sees.clone(), n);
         let step = Step {
@@ -145,7 +145,7 @@ impl<'a> Lanes<'a> {
             told: vec![0.0; n * spec.tells.len()],
         };
         let (seen, finished) = (rows(), Vec::new());
-        let mut all = Self { ctx: *ctx, stream, spec, lanes, seen, step, finished };
+        let mut all = Self { ctx: *ctx, stream, spec, each, seen, step, finished };
         (0..n).for_each(|lane| all.reset(lane));
         Ok(all)
     }
@@ -159,13 +159,13 @@ impl<'a> Lanes<'a> {
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.lanes.len()
+        self.each.len()
     }
 
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.lanes.is_empty()
+        self.each.is_empty()
     }
 
     /// What is seen now.
@@ -182,8 +182,8 @@ impl<'a> Lanes<'a> {
     /// Takes the actions that were chosen: what came of it. Episodes that are over are followed by others at once.
     pub fn step(&mut self) -> &Step {
         std::mem::swap(&mut self.seen, &mut self.step.before);
-        for lane in 0..self.lanes.len() {
-            if !self.lanes[lane].rests {
+        for lane in 0..self.each.len() {
+            if !self.each[lane].rests {
                 self.advance(lane);
             }
         }
@@ -192,12 +192,12 @@ impl<'a> Lanes<'a> {
 
     /// Leaves a lane as it is from here on.
     pub fn rest(&mut self, lane: usize) {
-        self.lanes[lane].rests = true;
+        self.each[lane].rests = true;
     }
 
     fn advance(&mut self, lane: usize) {
-        let Self { lanes, step, seen, spec, .. } = self;
-        let Lane { world, luck, length, payoff, acts, .. } = &mut lanes[lane];
+        let Self { each, step, seen, spec, .. } = self;
+        let Lane { world, luck, length, payoff, acts, .. } = &mut each[lane];
         let told = &mut step.told[lane * spec.tells.len()..][..spec.tells.len()];
         let mut row = Row::of(&mut step.after, lane, told);
         let (reward, end) = world.step(step.acts.get(lane), luck, &mut row);
@@ -212,7 +212,7 @@ impl<'a> Lanes<'a> {
             return;
         }
         self.finished.push(Finished { lane, payoff: *payoff, length: *length });
-        let Lane { luck, episode, length, payoff, acts, .. } = &mut lanes[lane];
+        let Lane { luck, episode, length, payoff, acts, .. } = &mut each[lane];
         *episode += 1;
         *luck = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
         (*length, *payoff) = (0, 0.0);
@@ -221,7 +221,7 @@ impl<'a> Lanes<'a> {
     }
 
     fn reset(&mut self, lane: usize) {
-        let Lane { world, luck, .. } = &mut self.lanes[lane];
+        let Lane { world, luck, .. } = &mut self.each[lane];
         // What a world tells is of steps.
         let told = &mut self.step.told[..0];
         world.reset(luck, &mut Row::of(&mut self.seen, lane, told));
@@ -236,19 +236,19 @@ impl<'a> Lanes<'a> {
     /// taken again.
     pub fn state(&mut self, state: &mut State) {
         let mut restored = false;
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
+        for (i, lane) in self.each.iter_mut().enumerate() {
             let (before, n) = (lane.episode, lane.acts.len());
             state.count(&format!("{i}.episode"), &mut lane.episode);
             state.bytes(&format!("{i}.acts"), &mut lane.acts);
             restored |= (before, n) != (lane.episode, lane.acts.len());
         }
         if restored {
-            (0..self.lanes.len()).for_each(|lane| self.replay(lane));
+            (0..self.each.len()).for_each(|lane| self.replay(lane));
         }
     }
 
     fn replay(&mut self, lane: usize) {
-        let Lane { luck, episode, length, payoff, acts, .. } = &mut self.lanes[lane];
+        let Lane { luck, episode, length, payoff, acts, .. } = &mut self.each[lane];
         *luck = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
         (*length, *payoff) = (0, 0.0);
         let acts = std::mem::take(acts);

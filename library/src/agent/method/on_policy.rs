@@ -152,8 +152,7 @@ impl Paths {
 
     /// The advantages of all steps, and the returns that values should be, when each lane is worth `after` at its end.
     fn targets(&self, after: &[f32], discount: f64, trace: f64) -> [Vec<f32>; 2] {
-        let mut out = [const { Vec::new() }; 2];
-        out.iter_mut().for_each(|column| column.resize(self.acts.len(), 0.0));
+        let mut out = [0; 2].map(|_| vec![0.0; self.acts.len()]);
         let [gains, returns] = &mut out;
         for (lane, &after) in after.iter().enumerate() {
             let column = |of: &[f32]| -> Vec<f64> {
@@ -224,7 +223,7 @@ impl OnPolicy<'_> {
             }
             for places in places.chunks_exact(size) {
                 let mut parts = [Var::default(); 4];
-                let loss = descent.lower(live, |live| {
+                descent.lower(live, |live| {
                     let graph = &live.graph;
                     let x = graph.filled(seen_shape(&paths.spec.sees, size), |out| {
                         paths.seen.spread_rows(places, out);
@@ -250,7 +249,6 @@ impl OnPolicy<'_> {
                     parts = how.improve.loss(live, heads(live, x), &old);
                     parts[0]
                 });
-                debug_assert!(!loss.is_nan() || cfg!(not(test)), "a loss is a number");
                 let told = |i: usize| f64::from(live.graph.scalar(parts[i]));
                 losses.add(&[told(1), told(2), told(3)]);
             }
@@ -294,18 +292,18 @@ impl Learning for OnPolicy<'_> {
     fn see(&mut self, step: &Step) {
         let Self { live, paths, out, .. } = self;
         let first = paths.filled * paths.lanes;
-        let worth = &mut out[1];
+        let after = &mut out[1];
         if step.ends.contains(&End::Limit) {
-            Self::worth(live, &step.after, worth);
+            Self::worth(live, &step.after, after);
         }
-        for lane in 0..paths.lanes {
+        for (lane, (end, reward)) in step.ends.iter().zip(&step.rewards).enumerate() {
             let place = first + lane;
             paths.seen.set(place, &step.before, lane);
-            paths.rewards[place] = step.rewards[lane];
-            (paths.ends[place], paths.cuts[place]) = match step.ends[lane] {
+            paths.rewards[place] = *reward;
+            (paths.ends[place], paths.cuts[place]) = match end {
                 End::No => (0.0, 0.0),
                 End::Terminal => (1.0, 0.0),
-                End::Limit => (2.0, worth[lane]),
+                End::Limit => (2.0, after[lane]),
             };
         }
         paths.filled += 1;
