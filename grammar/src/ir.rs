@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use ivx_op::{ByName, Labels, Lit};
 
+pub(crate) use desc::WHOLE;
 pub use desc::{Desc, widen};
 pub use shape::Known;
 

@@ -206,7 +206,8 @@ impl<'a> Checker<'a> {
             let default = arg.default.as_ref().expect("missing arguments were reported");
             return Some(Desc::Lit(self.registry.complete_lit(default)));
         };
-        match self.given_to(at, &ty, expr) {
+        let value = self.given_to(at, &ty, expr);
+        match self.quotient(at, &ty, value, expr) {
             Val::Poison => None,
             value @ Val::Artifact(_) => {
                 let message =

@@ -28,6 +28,7 @@ mod op;
 mod param;
 mod profile;
 mod published;
+mod quotient;
 mod range;
 mod record;
 mod rule;

@@ -128,7 +128,9 @@ impl<'a> Checker<'a> {
         let by_hand = by_hand.map(|(_, lit)| lit.clone());
         let Some(ty) = self.ty(ty) else { return Val::Poison };
         // Every value that a parameter can get is checked, whichever it gets.
+        let at = At::new(scope, String::new());
         let value = self.known_before(scope, default);
+        let value = self.quotient(&at, &ty, value, default);
         let mut chosen = self.typed(name, &ty, value, default.span, "default");
         if let Val::Desc(Desc::Lit(default), _) = &chosen.0 {
             self.defaults.insert((scope, name.to_owned()), default.clone());
@@ -138,6 +140,7 @@ impl<'a> Checker<'a> {
         for (profile, expr) in sets {
             let by = format!("profile `{profile}`");
             let value = self.known_before(scope, expr);
+            let value = self.quotient(&at, &ty, value, expr);
             let value = self.typed(name, &ty, value, expr.span, &by);
             let in_force = self.profiles.iter().position(|known| known == profile);
             if in_force > nearest {

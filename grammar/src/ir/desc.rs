@@ -162,11 +162,24 @@ fn lit_size(lit: &Lit) -> usize {
     }
 }
 
-/// The value with whole numbers as reals where the type, which it fits, has reals.
+/// A real number as the whole one that it is.
+fn narrowed(value: Lit) -> Lit {
+    match value {
+        #[expect(clippy::cast_possible_truncation, reason = "only what is whole and small")]
+        Lit::Real(x) if x.fract() == 0.0 && x.abs() < WHOLE => Lit::Int(x as i64),
+        other => other,
+    }
+}
+
+/// Up to here every whole number is a Float.
+pub(crate) const WHOLE: f64 = 9_007_199_254_740_992.0;
+
+/// The value with whole numbers as reals where the type, which it fits, has reals, and the reverse for what is whole.
 #[must_use]
 pub fn widen(value: Lit, ty: &Ty) -> Lit {
     match (value, ty) {
         (value @ Lit::Int(_), Ty::Float) => value.as_f64().map_or(value, Lit::Real),
+        (value @ Lit::Real(_), Ty::Int) => narrowed(value),
         (Lit::List(items), Ty::List(item)) => {
             Lit::List(items.into_iter().map(|value| widen(value, item)).collect())
         }
