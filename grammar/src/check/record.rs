@@ -89,17 +89,17 @@ impl<'a> Checker<'a> {
             ports: vec![("record".to_owned(), vec![feed])],
             stochastic: false,
         };
-        Val::Artifact(self.push(
-            Expr {
-                address: at.address_of(field.name),
-                axes,
-                collected,
-                artifact: field.artifact.to_owned(),
-                dims,
-                kind: ir::ExprKind::Op(op),
-            },
-            name.span,
-        ))
+        let expr = Expr {
+            address: at.address_of(field.name),
+            axes,
+            collected,
+            artifact: field.artifact.to_owned(),
+            dims,
+            kind: ir::ExprKind::Op(op),
+        };
+        let id = self.push(expr, name.span);
+        self.field_shapes(id, record, field.name);
+        Val::Artifact(id)
     }
 
     fn no_field<'k>(

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use ivx_op::{ArgDecl, Args, ByName, Decl, Facts, Shapes, Wrong};
+use ivx_op::{ArgDecl, Args, ByName, Decl, Facts, Held, Lit, Shapes, Wrong};
 
 use super::Checker;
 use super::expr::At;
@@ -31,7 +31,9 @@ impl<'a> Checker<'a> {
         for (port, feeds) in ports {
             fed.push((port, feeds.iter().map(|feed| self.fed_shapes(feed)).collect()));
         }
+        let held = self.held_shapes(descs);
         let mut axes: BTreeSet<AxisId> = descs.values().flat_map(Desc::axes).collect();
+        axes.extend(held.values().flat_map(|known| known.axes()));
         axes.extend(fed.iter().flat_map(|(_, all)| all).flatten().flat_map(|known| known.axes()));
         let n = self.extent(&axes);
         let each = axes.len() + descs.values().map(Desc::size).sum::<usize>();
@@ -52,7 +54,11 @@ impl<'a> Checker<'a> {
         let mut results = Vec::new();
         for place in self.places(&axes) {
             let value = |desc: &Desc| desc.eval(&self.spec.axes, &place).ok();
-            let own = descs.iter().map(|(name, desc)| Some((name.clone(), value(desc)?)));
+            let own = descs.iter().map(|(name, desc)| {
+                let mut lit = value(desc)?;
+                foresee(&mut lit, &held, &place);
+                Some((name.clone(), lit))
+            });
             let Some(own) = own.collect::<Option<Args>>() else {
                 results.push(None);
                 continue;
@@ -67,6 +73,23 @@ impl<'a> Checker<'a> {
             results.push(shapes.map(|shapes| self.shapes.one(shapes)));
         }
         Ok(Known::new(self.sized(&axes), results))
+    }
+
+    /// What is known of the shapes of what parts among descriptions hold, by slot.
+    fn held_shapes(&mut self, descs: &ByName<Desc>) -> BTreeMap<usize, Arc<Known>> {
+        let mut slots = BTreeSet::new();
+        for desc in descs.values() {
+            desc.visit(&mut |desc| {
+                if let Desc::Held(slot, _) = desc {
+                    slots.insert(*slot);
+                }
+            });
+        }
+        let known = slots.into_iter().filter_map(|slot| {
+            let feed = self.spec.held[slot].clone();
+            Some((slot, self.fed_shapes(&feed)?))
+        });
+        known.collect()
     }
 
     /// A fault: arguments do not go together.
@@ -123,6 +146,20 @@ impl<'a> Checker<'a> {
                 None => return self.spans[id.0 as usize],
             }
         }
+    }
+}
+
+/// Puts what is known of what parts hold at a place into their descriptions.
+fn foresee(lit: &mut Lit, held: &BTreeMap<usize, Arc<Known>>, place: &Place) {
+    match lit {
+        Lit::Held(Held::Slot(slot)) => {
+            if let Some(shapes) = held.get(slot).and_then(|known| known.at(place)) {
+                *lit = Lit::Held(Held::Later(Arc::clone(shapes)));
+            }
+        }
+        Lit::List(items) => items.iter_mut().for_each(|item| foresee(item, held, place)),
+        Lit::Part(part) => part.args.values_mut().for_each(|arg| foresee(arg, held, place)),
+        _ => {}
     }
 }
 

@@ -122,6 +122,21 @@ impl Checker<'_> {
         self.known_over(&axes, |place| arms[place[&axis]].as_ref()?.at(&place).cloned())
     }
 
+    /// Gives the field of a record what is known of it: shapes that are called by its name and theirs, `agent.sees`.
+    pub(super) fn field_shapes(&mut self, id: ExprId, record: ExprId, field: &str) {
+        let Some(known) = self.shapes.of.get(&record).cloned() else { return };
+        let axes = known.axes().collect();
+        let of_field = self.known_over(&axes, |place| {
+            let own = known.at(&place)?.iter().filter_map(|(name, shape)| {
+                let (owner, name) = name.split_once('.')?;
+                (owner == field).then(|| (name.to_owned(), shape.clone()))
+            });
+            let own: Shapes = own.collect();
+            (!own.is_empty()).then(|| Arc::new(own))
+        });
+        self.shapes.note(id, of_field);
+    }
+
     /// The shapes that all have of which one run sees, at every place of the operation.
     pub(super) fn fed_shapes(&mut self, feed: &Feed) -> Option<Arc<Known>> {
         let known = self.shapes.of.get(&feed.expr).cloned()?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::{ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Ty};
+use crate::{ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Shapes, Ty};
 
 /// What one run, or one part, is built from.
 #[derive(Clone, Debug, Default)]
@@ -248,20 +248,38 @@ pub trait PortType: Sized {
     const GATHER: Gather;
     /// Decodes one argument.
     fn decode(gathered: &Gathered<Arc<[u8]>>) -> Option<Self>;
+    /// What stands for one before it is computed.
+    fn later(shapes: &Shapes) -> Option<Self>;
+}
+
+/// What a port was given.
+enum Fed {
+    Values(Gathered<Arc<[u8]>>),
+    Later(Arc<Shapes>),
+}
+
+impl Fed {
+    fn decode<P: PortType>(&self) -> Option<P> {
+        match self {
+            Self::Values(gathered) => P::decode(gathered),
+            Self::Later(shapes) => P::later(shapes),
+        }
+    }
 }
 
 /// What was given to a port: of an operation among the ports, of a part among the arguments.
-fn fed(call: &Call, name: &'static str) -> Result<Vec<Gathered<Arc<[u8]>>>, ArgError> {
+fn fed(call: &Call, name: &'static str) -> Result<Vec<Fed>, ArgError> {
     let value = |lit: &Lit| match (lit, lit.as_f64()) {
-        (Lit::Held(Held::Value(gathered)), _) => Ok(gathered.clone()),
+        (Lit::Held(Held::Value(gathered)), _) => Ok(Fed::Values(gathered.clone())),
+        (Lit::Held(Held::Later(shapes)), _) => Ok(Fed::Later(Arc::clone(shapes))),
         (_, Some(number)) => {
             let values = vec![Array::scalar(number).encode().into()];
-            Ok(Gathered { dims: Vec::new(), values, name: String::new() })
+            Ok(Fed::Values(Gathered { dims: Vec::new(), values, name: String::new() }))
         }
         _ => Err(ArgError::Decode(name)),
     };
     match (call.ports.get(name), call.args.get(name)) {
-        (Some(values), _) => Ok(values.clone()),
+        (Some(values), _) => Ok(values.iter().cloned().map(Fed::Values).collect()),
         (None, Some(Lit::List(items))) => items.iter().map(value).collect(),
         (None, Some(lit)) => Ok(vec![value(lit)?]),
         (None, None) => Err(ArgError::Missing(name)),
@@ -282,6 +300,11 @@ macro_rules! port {
                 let convert: fn(Gathered<A>) -> Option<Self> = $from;
                 decode_all(gathered).and_then(convert)
             }
+            fn later(shapes: &Shapes) -> Option<Self> {
+                let convert: fn(Gathered<A>) -> Option<Self> = $from;
+                let (dims, values) = (Vec::new(), vec![A::later(shapes)?]);
+                convert(Gathered { dims, values, name: String::new() })
+            }
         }
 
         impl<A: Artifact> Arg for $wrapper<A> {
@@ -289,7 +312,7 @@ macro_rules! port {
                 ArgKind::Port(Port { artifact: Self::ARTIFACT, gather: Self::GATHER, list: false })
             }
             fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
-                fed(call, name)?.first().and_then(Self::decode).ok_or(ArgError::Decode(name))
+                fed(call, name)?.first().and_then(Fed::decode).ok_or(ArgError::Decode(name))
             }
         }
     )+};
@@ -308,7 +331,7 @@ impl<P: PortType> Arg for Many<P> {
         ArgKind::Port(Port { artifact: P::ARTIFACT, gather: P::GATHER, list: true })
     }
     fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
-        let decoded = fed(call, name)?.iter().map(P::decode).collect::<Option<_>>();
+        let decoded = fed(call, name)?.iter().map(Fed::decode).collect::<Option<_>>();
         decoded.map(Self).ok_or(ArgError::Decode(name))
     }
 }

@@ -10,7 +10,7 @@ use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::FieldDecl;
+use crate::{FieldDecl, Shapes};
 
 /// A value that can travel along an edge of the graph and lie in the cache.
 ///
@@ -25,6 +25,12 @@ pub trait Artifact: Sized + Send + 'static {
     fn encode(&self) -> Vec<u8>;
     /// The value back; `None` if the bytes are not of this kind.
     fn decode(bytes: &[u8]) -> Option<Self>;
+
+    /// What stands for a value of these shapes before it is computed, for the rules of what a part that holds it is used
+    /// for; `None` if there is no such thing.
+    fn later(_shapes: &Shapes) -> Option<Self> {
+        None
+    }
 }
 
 /// The content of an artifact file: named arrays and small facts.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::{ByName, External, Gathered};
+use crate::{ByName, External, Gathered, Shapes};
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,8 @@ pub enum Lit {
 pub enum Held {
     /// Its place among those that the computation holds, before it runs.
     Slot(usize),
+    /// What is known of its shapes, where rules ask before anything runs.
+    Later(Arc<Shapes>),
     /// Its encoded values, when it runs.
     Value(Gathered<Arc<[u8]>>),
 }

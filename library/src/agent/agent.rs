@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
-use ivx_data::{Columns, Field};
+use ivx_data::{Columns, Field, Kind};
 use ivx_nn::{Live, Module, Networks, Shape, Var};
-use ivx_op::{Artifact, Tensors};
-use ivx_world::{Acts, Spec};
+use ivx_op::{Artifact, Shapes, Tensors};
+use ivx_world::{Actions, Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -130,6 +130,38 @@ pub(crate) fn seen_shape(sees: &[Field], n: usize) -> Shape {
     }
 }
 
+/// What is known of an agent of such worlds before it is: of each field what kind it is, how many there are of an index,
+/// and its shape; and how many actions there are.
+pub(crate) fn shapes_of(spec: &Spec) -> Shapes {
+    let mut shapes = Shapes::new();
+    for (i, field) in spec.sees.iter().enumerate() {
+        let (kind, n) = match field.kind {
+            Kind::F32 => (0, 0),
+            Kind::U8 => (1, 0),
+            Kind::Bit => (2, 0),
+            Kind::Index(n) => (3, n),
+        };
+        let shape = [&[kind, n], &field.shape[..]].concat();
+        shapes.insert(format!("sees.{i:03}.{}", field.name), shape);
+    }
+    shapes.insert("does".to_owned(), vec![spec.does.n_discrete().unwrap_or(0)]);
+    shapes
+}
+
+/// The worlds of which that is known; what their actions are called is not.
+fn spec_of(shapes: &Shapes) -> Option<Spec> {
+    let mut sees = Vec::new();
+    for (name, shape) in shapes {
+        let Some(name) = name.strip_prefix("sees.") else { continue };
+        let [kind, n, shape @ ..] = &shape[..] else { return None };
+        let kind = [Kind::F32, Kind::U8, Kind::Bit, Kind::Index(*n)].get(*kind).copied()?;
+        sees.push(Field::new(name.split_once('.')?.1, shape, kind));
+    }
+    let n = *shapes.get("does")?.first()?;
+    let does = Actions::Discrete((0..n).map(|i| i.to_string()).collect());
+    Some(Spec { sees, does, tells: Vec::new(), limit: None })
+}
+
 #[derive(Serialize, Deserialize)]
 struct Facts {
     acts: Choice,
@@ -156,5 +188,10 @@ impl Artifact for Agent {
         let puts_out = nets.modules.get(acts.net())?.output(&shape).ok()?;
         let sound = nets.are_whole() && puts_out == [spec.does.n_discrete().ok()?];
         sound.then_some(Self { acts, nets, spec })
+    }
+
+    fn later(shapes: &Shapes) -> Option<Self> {
+        let nets = Networks::default();
+        spec_of(shapes).map(|spec| Self { acts: Choice::Greedy, nets, spec })
     }
 }

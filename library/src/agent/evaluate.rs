@@ -1,6 +1,7 @@
 //! How well agents do in worlds of any kind.
 
-use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare, record};
+use ivx_data::form::wrong;
+use ivx_op::{Array, Ctx, Dim, Facts, Labels, Op, OpError, Wrong, declare, record};
 use ivx_world::{Env, Lanes};
 
 use super::actor::Actor;
@@ -28,6 +29,17 @@ declare! {
         r#in: Box<dyn Env>;
         /// How many episodes.
         trials: usize = 10, in 1.0..=1e6;
+    }
+    rule fits;
+}
+
+fn fits(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match (facts.arg::<Box<dyn Actor>>("actor"), facts.arg::<Box<dyn Env>>("in")) {
+        (Some(actor), Some(env)) => {
+            let spec = env.spec().map_err(wrong("in"))?;
+            actor.fits(&spec).map_err(wrong("actor"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -11,7 +11,7 @@ use ivx_op::{
 };
 use ivx_world::{Env, Lanes};
 
-use super::agent::Agent;
+use super::agent::{Agent, shapes_of};
 use super::evaluate::drive;
 use super::method::{Learning, Method, Setting};
 
@@ -103,6 +103,7 @@ declare! {
         lanes: usize = 1, in 1.0..=1e5;
     }
     rule learns;
+    shapes of_learned;
 }
 
 fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
@@ -129,6 +130,13 @@ fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
         return not("lanes", message, "choose a number that divides it");
     }
     Ok(())
+}
+
+/// What the agent of such a world is known by.
+fn of_learned(facts: &Facts<'_>) -> Option<Shapes> {
+    let spec = facts.arg::<Box<dyn Env>>("in")?.spec().ok()?;
+    let named = shapes_of(&spec).into_iter();
+    Some(named.map(|(name, shape)| (format!("agent.{name}"), shape)).collect())
 }
 
 impl Op for Learn {

@@ -13,7 +13,13 @@ use super::agent::{Acting, Agent};
 
 /// Somebody who acts in worlds that show and take certain things.
 pub trait Actor: Debug + Send + Sync {
-    /// Somebody who acts in such a world.
+    /// Whether there can be somebody who acts in such a world.
+    ///
+    /// # Errors
+    /// Why not.
+    fn fits(&self, spec: &Spec) -> Result<(), Misfit>;
+
+    /// Somebody who does.
     ///
     /// # Errors
     /// Why there can be nobody.
@@ -34,13 +40,21 @@ declare! {
 }
 
 impl Actor for Trained {
+    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
+        self.agent.spec.same(spec)
+    }
+
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting>, Misfit> {
-        self.agent.spec.same(spec)?;
+        self.fits(spec)?;
         Ok(self.agent.open())
     }
 }
 
 impl Actor for Random {
+    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
+        spec.does.n_discrete().map(drop)
+    }
+
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting>, Misfit> {
         Ok(Box::new(Drawn { n: spec.does.n_discrete()? }))
     }
