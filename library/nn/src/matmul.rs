@@ -59,7 +59,7 @@ pub(super) fn multiply<F: Real>(a: Matrix<'_, F>, b: Matrix<'_, F>, add: bool, o
             #[inline(always)]
             || dots(matrix.values, column.values, add, out),
         );
-    } else if rows <= FEW && !b.transposed && (rows == 1 || !a.transposed) {
+    } else if rows <= FEW && !a.transposed && !b.transposed {
         for (a, out) in a.values.chunks_exact(inner).zip(out.chunks_exact_mut(cols)) {
             wide(
                 #[inline(always)]
