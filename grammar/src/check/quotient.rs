@@ -2,9 +2,9 @@
 
 use ivx_op::Ty;
 
-use super::value::Val;
 use super::Checker;
 use super::expr::At;
+use super::value::Val;
 use crate::ast::{BinaryOp, Expr, ExprKind};
 use crate::ir::{Desc, WHOLE};
 use crate::{Code, Diagnostic};
@@ -53,8 +53,6 @@ impl<'a> Checker<'a> {
         }
         // What it is made of was looked at before, and is without fault.
         divides
-            && leaves
-                .into_iter()
-                .all(|leaf| matches!(self.expr(at, leaf), Val::Desc(_, Ty::Int)))
+            && leaves.into_iter().all(|leaf| matches!(self.expr(at, leaf), Val::Desc(_, Ty::Int)))
     }
 }

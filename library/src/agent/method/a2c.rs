@@ -1,12 +1,9 @@
 //! Advantage actor-critic (Mnih et al., 2016), all worlds in step.
 
-use ivx_data::Misfit;
 use ivx_nn::{Live, Net, Optimiser, Steps, Var};
-use ivx_op::{Ctx, OpError, Part, declare};
-use ivx_world::Spec;
+use ivx_op::{Part, declare};
 
 use super::on_policy::{How, Improve};
-use super::{Learning, Method, Setting};
 
 declare! {
     /// Advantage actor-critic (Mnih et al., 2016): every `n_steps` steps in each world, one update by the gradient of the
@@ -37,7 +34,7 @@ declare! {
     }
 }
 
-impl A2c {
+impl Improve for A2c {
     fn how(&self) -> How<'_> {
         How {
             net: &*self.net,
@@ -52,27 +49,7 @@ impl A2c {
             improve: self,
         }
     }
-}
 
-impl Method for A2c {
-    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
-        self.how().modules(spec).map(drop)
-    }
-
-    fn memory(&self, spec: &Spec) -> u64 {
-        self.how().memory(spec)
-    }
-
-    fn begin<'a>(
-        &'a self,
-        setting: &Setting<'_>,
-        ctx: &Ctx<'a>,
-    ) -> Result<Box<dyn Learning + 'a>, OpError> {
-        self.how().begin(setting, ctx)
-    }
-}
-
-impl Improve for A2c {
     fn loss(&self, live: &Live, (logits, values): (Var, Var), old: &Steps) -> [Var; 4] {
         let graph = &live.graph;
         let policy = graph.policy_gradient_loss(logits, old.actions, old.advantages);

@@ -13,12 +13,33 @@ use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::super::agent::{Agent, Choice, TORSO, look, sampled, seen_shape, sight};
-use super::{Learning, Means, Setting};
+use super::{Learning, Means, Method, Setting};
 
-/// A rule by which a policy is improved.
-pub(super) trait Improve: std::fmt::Debug {
+/// A method that improves the policy of the moment.
+pub(super) trait Improve: std::fmt::Debug + Send + Sync {
+    /// Its settings.
+    fn how(&self) -> How<'_>;
+
     /// What the loss of some steps is: all of it, that of the policy, that of the values, and the entropy.
     fn loss(&self, live: &Live, nets: (Var, Var), old: &Steps) -> [Var; 4];
+}
+
+impl<T: Improve> Method for T {
+    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
+        self.how().modules(spec).map(drop)
+    }
+
+    fn memory(&self, spec: &Spec) -> u64 {
+        self.how().memory(spec)
+    }
+
+    fn begin<'a>(
+        &'a self,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        self.how().begin(setting, ctx)
+    }
 }
 
 /// What such methods have in common.
@@ -41,7 +62,7 @@ pub(super) struct How<'a> {
 }
 
 impl How<'_> {
-    pub(super) fn modules(&self, spec: &Spec) -> Result<BTreeMap<String, Module>, Misfit> {
+    fn modules(&self, spec: &Spec) -> Result<BTreeMap<String, Module>, Misfit> {
         let (n, sight) = (spec.does.n_discrete()?, sight(&spec.sees));
         let named = |name: &str, module| (name.to_owned(), module);
         if !self.shared {
@@ -57,12 +78,12 @@ impl How<'_> {
         Ok([named(TORSO, torso), named("policy", head(n)), named("value", head(1))].into())
     }
 
-    pub(super) fn memory(&self, spec: &Spec) -> u64 {
+    fn memory(&self, spec: &Spec) -> u64 {
         let Ok(modules) = self.modules(spec) else { return 0 };
         modules.values().map(|module| module.n_params() * 6 * 4).sum()
     }
 
-    pub(super) fn begin<'a>(
+    fn begin<'a>(
         self,
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,

@@ -1,12 +1,9 @@
 //! Proximal policy optimisation (Schulman et al., 2017).
 
-use ivx_data::Misfit;
 use ivx_nn::{Live, Net, Optimiser, Proximity, Steps, Var};
-use ivx_op::{Ctx, OpError, Part, declare};
-use ivx_world::Spec;
+use ivx_op::{Part, declare};
 
 use super::on_policy::{How, Improve};
-use super::{Learning, Method, Setting};
 
 declare! {
     /// Proximal policy optimisation (Schulman et al., 2017): every `n_steps` steps in each world, the policy goes some
@@ -48,7 +45,7 @@ declare! {
     }
 }
 
-impl Ppo {
+impl Improve for Ppo {
     fn how(&self) -> How<'_> {
         How {
             net: &*self.net,
@@ -63,27 +60,7 @@ impl Ppo {
             improve: self,
         }
     }
-}
 
-impl Method for Ppo {
-    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
-        self.how().modules(spec).map(drop)
-    }
-
-    fn memory(&self, spec: &Spec) -> u64 {
-        self.how().memory(spec)
-    }
-
-    fn begin<'a>(
-        &'a self,
-        setting: &Setting<'_>,
-        ctx: &Ctx<'a>,
-    ) -> Result<Box<dyn Learning + 'a>, OpError> {
-        self.how().begin(setting, ctx)
-    }
-}
-
-impl Improve for Ppo {
     fn loss(&self, live: &Live, nets: (Var, Var), old: &Steps) -> [Var; 4] {
         let settings = Proximity {
             clip: self.clip,
