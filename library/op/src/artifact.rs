@@ -28,6 +28,7 @@ pub trait Artifact: Sized + Send + 'static {
 
     /// What stands for a value of these shapes before it is computed, for the rules of what a part that holds it is used
     /// for; `None` if there is no such thing.
+    #[must_use]
     fn later(_shapes: &Shapes) -> Option<Self> {
         None
     }
