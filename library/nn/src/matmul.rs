@@ -59,44 +59,11 @@ pub(super) fn multiply<F: Real>(a: Matrix<'_, F>, b: Matrix<'_, F>, add: bool, o
             #[inline(always)]
             || dots(matrix.values, column.values, add, out),
         );
-    } else if rows <= FEW && !a.transposed && !b.transposed {
-        for (a, out) in a.values.chunks_exact(inner).zip(out.chunks_exact_mut(cols)) {
-            wide(
-                #[inline(always)]
-                || row(a, b.values, add, out),
-            );
-        }
     } else if !a.transposed && Thin::<F>::pays(rows, inner, cols) {
         let (a, b, transposed) = (a.values, b.values, b.transposed);
         Arch::new().dispatch(Thin { a, b, inner, transposed, add, out });
     } else {
         F::product(MatMut::from_row_major_slice_mut(out, rows, cols), add, a.view(), b.view());
-    }
-}
-
-/// Up to how many rows a product is made row by row: a general one copies the matrix first, which takes longer.
-const FEW: usize = 2;
-
-/// A row times a matrix, in the order of its numbers, four rows of the matrix at a time.
-#[inline(always)]
-fn row<F: Real>(a: &[F], b: &[F], add: bool, out: &mut [F]) {
-    if !add {
-        out.fill(F::zero());
-    }
-    let cols = out.len();
-    let mut fours = b.chunks_exact(4 * cols);
-    let (xs, rest) = a.as_chunks::<4>();
-    for (x, b) in xs.iter().zip(&mut fours) {
-        let (b0, b) = b.split_at(cols);
-        let (b1, b) = b.split_at(cols);
-        let (b2, b3) = b.split_at(cols);
-        let b = b0.iter().zip(b1).zip(b2.iter().zip(b3));
-        for (out, ((b0, b1), (b2, b3))) in out.iter_mut().zip(b) {
-            *out = *out + x[0] * *b0 + x[1] * *b1 + x[2] * *b2 + x[3] * *b3;
-        }
-    }
-    for (&x, b) in rest.iter().zip(fours.remainder().chunks_exact(cols)) {
-        out.iter_mut().zip(b).for_each(|(out, &b)| *out += x * b);
     }
 }
 
