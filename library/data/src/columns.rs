@@ -70,14 +70,6 @@ impl Values {
         }
     }
 
-    fn resize(&mut self, len: usize) {
-        match self {
-            Self::F32(values) => values.resize(len, 0.0),
-            Self::U8(values) => values.resize(len, 0),
-            Self::Index(values) => values.resize(len, 0),
-        }
-    }
-
     /// Copies numbers of another column of the same kind over these.
     fn copy(&mut self, to: usize, from: &Self, at: usize, width: usize) {
         let (to, at) = (to..to + width, at..at + width);
@@ -135,14 +127,6 @@ impl Columns {
         (&mut self.values[column], self.fields[column].width())
     }
 
-    /// Makes it `len` rows long: those that are new are zeros.
-    pub fn resize(&mut self, len: usize) {
-        for (field, values) in self.fields.iter().zip(&mut self.values) {
-            values.resize(len * field.width());
-        }
-        self.len = len;
-    }
-
     /// Replaces a row by one of other rows of the same fields.
     ///
     /// # Panics
@@ -188,12 +172,8 @@ impl Columns {
             out.iter_mut().zip(bytes).for_each(|(out, x)| *out = f32::from(*x));
             return;
         }
-        for (row, mut out) in out.chunks_exact_mut(self.width()).enumerate() {
-            for (column, field) in self.fields.iter().enumerate() {
-                let (own, rest) = out.split_at_mut(field.spread());
-                self.spread(column, row, own);
-                out = rest;
-            }
+        for (row, out) in out.chunks_exact_mut(self.width()).enumerate() {
+            self.spread_row(row, out);
         }
     }
 
@@ -202,12 +182,16 @@ impl Columns {
     /// # Panics
     /// If there is no such row, or `out` is not as long.
     pub fn spread_rows(&self, rows: &[usize], out: &mut [f32]) {
-        for (&row, mut out) in rows.iter().zip(out.chunks_exact_mut(self.width())) {
-            for (column, field) in self.fields.iter().enumerate() {
-                let (own, rest) = out.split_at_mut(field.spread());
-                self.spread(column, row, own);
-                out = rest;
-            }
+        for (&row, out) in rows.iter().zip(out.chunks_exact_mut(self.width())) {
+            self.spread_row(row, out);
+        }
+    }
+
+    fn spread_row(&self, row: usize, mut out: &mut [f32]) {
+        for (column, field) in self.fields.iter().enumerate() {
+            let (own, rest) = out.split_at_mut(field.spread());
+            self.spread(column, row, own);
+            out = rest;
         }
     }
 
@@ -255,9 +239,8 @@ mod tests {
         speed[1] = 2.5;
         let (Values::Index(cell), 1) = one.values_mut(2) else { panic!("an index a row") };
         cell[1] = 2;
-        let mut other = Columns::zeros(fields(), 1);
+        let mut other = Columns::zeros(fields(), 3);
         other.set(0, &one, 1);
-        other.resize(3);
         assert_eq!((other.len(), other.is_empty()), (3, false));
         let seen = |column: usize, row| {
             let mut out = vec![9.0; other.fields()[column].spread()];

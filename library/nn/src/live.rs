@@ -21,8 +21,9 @@ pub struct Live {
     pub graph: Graph<f32>,
     nets: BTreeMap<String, (Module, Vec<ParamId>)>,
     names: BTreeMap<String, ParamId>,
-    /// What follows, and what it follows.
-    targets: Vec<(ParamId, ParamId)>,
+    /// What follows, and what each of it follows.
+    targets: Vec<ParamId>,
+    followed: Vec<ParamId>,
 }
 
 impl Live {
@@ -46,6 +47,7 @@ impl Live {
             nets: BTreeMap::new(),
             names: BTreeMap::new(),
             targets: Vec::new(),
+            followed: Vec::new(),
         };
         let mut of_nets = std::collections::BTreeSet::new();
         for (net, module) in &nets.modules {
@@ -94,13 +96,14 @@ impl Live {
             let target = params.add_fixed(copy.clone(), shape, values);
             drop(params);
             self.names.insert(copy, target);
-            self.targets.push((target, *id));
+            self.targets.push(target);
+            self.followed.push(*id);
         }
         let nets = self.nets.iter().filter(|(net, _)| net.starts_with(prefix));
         let copies = nets.map(|(net, (module, ids))| {
             let follows = |id: &ParamId| {
-                let pair = self.targets.iter().find(|(_, of)| of == id);
-                pair.expect("all arrays of a network begin with its name").0
+                let place = self.followed.iter().position(|of| of == id);
+                self.targets[place.expect("all arrays of a network begin with its name")]
             };
             let ids = ids.iter().map(follows).collect();
             (format!("{TARGET}{net}"), (module.clone(), ids))
@@ -111,8 +114,7 @@ impl Live {
 
     /// Moves the targets when `t` steps are done.
     pub fn follow(&mut self, rule: Follow, t: u64) {
-        let (to, from): (Vec<ParamId>, Vec<ParamId>) = self.targets.iter().copied().unzip();
-        self.graph.params().follow(rule, t, &from, &to);
+        self.graph.params().follow(rule, t, &self.followed, &self.targets);
     }
 
     /// The arrays whose names begin so and do not follow others, in the order of the graph.

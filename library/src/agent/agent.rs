@@ -67,13 +67,7 @@ impl Acting for Opened {
     fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
         let Self { live, acts: choice, out } = self;
         live.graph.begin();
-        let put = live.graph.still(|| {
-            let mut x = look(live, seen);
-            if live.get(TORSO).is_some() {
-                x = live.pass(TORSO, x);
-            }
-            live.pass(choice.net(), x)
-        });
+        let put = live.graph.still(|| live.pass(choice.net(), shared(live, look(live, seen))));
         live.graph.read(put, out);
         let rows = out.chunks_exact(out.len() / seen.len());
         for (place, row) in acts.places.iter_mut().zip(rows) {
@@ -118,6 +112,11 @@ pub fn sight(sees: &[Field]) -> Vec<usize> {
 #[must_use]
 pub fn look(live: &Live, seen: &Columns) -> Var {
     live.graph.filled(seen_shape(seen.fields(), seen.len()), |out| seen.spread_all(out))
+}
+
+/// What comes out of the layers that networks share, where they share any.
+pub(crate) fn shared(live: &Live, x: Var) -> Var {
+    if live.get(TORSO).is_some() { live.pass(TORSO, x) } else { x }
 }
 
 /// The shape of a batch of rows.

@@ -145,10 +145,8 @@ impl Op for Learn {
         let spec = self.r#in.spec().map_err(failed)?;
         self.how.fits(&spec).map_err(failed)?;
         let mut run = Run::begin(self, &spec, ctx)?;
-        if let Some(bytes) = ctx.resume()
-            && !State::restore(&bytes, |state| run.walk(state))
-        {
-            run = Run::begin(self, &spec, ctx)?;
+        if let Some(bytes) = ctx.resume() {
+            State::restore(&bytes, |state| run.walk(state));
         }
         run.finish(ctx)?;
         Ok(run.learned())

@@ -1,7 +1,7 @@
 //! What an agent has seen, to be learned from again.
 
 use ivx_data::{Columns, Field, Kind, Values};
-use ivx_nn::{Graph, Var};
+use ivx_nn::{Graph, Real as _, Var};
 use ivx_op::State;
 use ivx_world::{Act, End, Step};
 use rand::RngExt as _;
@@ -201,17 +201,17 @@ impl Replay {
                     sum += weight * f64::from(reward);
                     weight *= self.discount;
                     if end == TERMINAL {
-                        return Some((place(at), now, narrow(sum), 0.0));
+                        return Some((place(at), now, f32::of(sum), 0.0));
                     }
                     if end == CUT {
                         let after = place(at + i + 1);
-                        return Some((place(at), after, narrow(sum), narrow(weight)));
+                        return Some((place(at), after, f32::of(sum), f32::of(weight)));
                     }
                 }
             }
         }
         let after = at + self.n_step as u64;
-        (after < lane.written).then(|| (place(at), place(after), narrow(sum), narrow(weight)))
+        (after < lane.written).then(|| (place(at), place(after), f32::of(sum), f32::of(weight)))
     }
 
     /// What was seen in some rows, as a network sees it.
@@ -244,11 +244,6 @@ fn grow(bytes: &mut Vec<u8>, width: usize, rows: usize) {
         let more = (bytes.len() / width / 8).max(1024).min(rows - bytes.len() / width);
         bytes.reserve_exact(more * width);
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
-fn narrow(x: f64) -> f32 {
-    x as f32
 }
 
 /// How many bytes are kept of a field.

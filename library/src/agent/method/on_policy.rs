@@ -5,14 +5,16 @@ use std::collections::BTreeMap;
 use ivx_data::{Columns, Misfit};
 use ivx_math::returns::{Path, advantages_cut};
 use ivx_nn::optim::Pull;
-use ivx_nn::{Curve, Descent, Live, Module, Net, Networks, Optimiser, Rule, Shape, Steps, Var};
+use ivx_nn::{
+    Curve, Descent, Live, Module, Net, Networks, Optimiser, Real as _, Rule, Shape, Steps, Var,
+};
 use ivx_op::{Ctx, OpError, State};
 use ivx_world::{Acts, End, Spec, Step};
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha8Rng;
 
-use super::super::agent::{Agent, Choice, TORSO, look, sampled, seen_shape, sight};
+use super::super::agent::{Agent, Choice, TORSO, look, sampled, seen_shape, shared, sight};
 use super::{Learning, Means, Method, Setting};
 
 /// A method that improves the policy of the moment.
@@ -190,17 +192,12 @@ impl Paths {
             let found = advantages_cut(&path, &cut, discount, trace);
             for (t, gain) in found.into_iter().enumerate() {
                 let place = t * self.lanes + lane;
-                gains[place] = narrow(gain);
-                returns[place] = narrow(gain + values[t]);
+                gains[place] = f32::of(gain);
+                returns[place] = f32::of(gain + values[t]);
             }
         }
         out
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
-fn narrow(x: f64) -> f32 {
-    x as f32
 }
 
 struct OnPolicy<'a> {
@@ -218,7 +215,7 @@ struct OnPolicy<'a> {
 
 /// The logits of the policy and the values of what is seen.
 fn heads(live: &Live, x: Var) -> (Var, Var) {
-    let x = if live.get(TORSO).is_some() { live.pass(TORSO, x) } else { x };
+    let x = shared(live, x);
     (live.pass("policy", x), live.pass("value", x))
 }
 
@@ -285,7 +282,7 @@ fn normalise(xs: &mut [f32]) {
     let mean = of.iter().sum::<f64>() / n;
     let variance = of.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     let scale = 1.0 / (variance.sqrt() + 1e-8);
-    xs.iter_mut().zip(of).for_each(|(x, of)| *x = narrow((of - mean) * scale));
+    xs.iter_mut().zip(of).for_each(|(x, of)| *x = f32::of((of - mean) * scale));
 }
 
 impl Learning for OnPolicy<'_> {
