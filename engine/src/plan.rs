@@ -89,10 +89,15 @@ impl Source {
 }
 
 impl Step {
-    /// What running it takes, of inputs of so many bytes.
-    pub(crate) fn needs(&self, registry: &Registry, input_bytes: u64) -> Needs {
-        let shapes = self.shapes.as_deref();
-        let needs = registry.needs(&self.op, &self.args, shapes, input_bytes);
+    /// What running it takes, of inputs of so many bytes; `plan` is what it is a step of.
+    pub(crate) fn needs(&self, plan: &Plan, registry: &Registry, input_bytes: u64) -> Needs {
+        let held = |slot: usize| {
+            let node = self.held.get(slot)?.sources.first()?.node()?;
+            plan.graph[node].shapes.clone()
+        };
+        let mut args = self.args.clone();
+        args.values_mut().for_each(|arg| arg.foresee(&held));
+        let needs = registry.needs(&self.op, &args, self.shapes.as_deref(), input_bytes);
         Needs { threads: needs.threads.max(1), ..needs }
     }
 

@@ -220,7 +220,7 @@ impl<'a> Run<'a> {
             let output = source.node().and_then(|node| self.nodes[node.index()].output.as_ref());
             output.map_or(0, |output| output.size)
         };
-        step.needs(self.registry, step.sources().map(size).sum())
+        step.needs(self.plan, self.registry, step.sources().map(size).sum())
     }
 
     /// Notes a result, and returns the nodes that are ready by it.

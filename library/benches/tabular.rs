@@ -7,7 +7,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use ivx_library::agent::{Act, TabularModel, TabularValues, UniformPolicy};
+use ivx_library::agent::tabular::{TabularModel, TabularValues, UniformPolicy};
+use ivx_library::agent::{Act, Tabular};
 use ivx_nn::optim::{self, Moments, Pull};
 use ivx_nn::{Adam, Constant, Graph, Optimiser, Params, Shape};
 use ivx_op::{Ctx, One, Op as _};
@@ -72,9 +73,15 @@ fn main() {
     let policy = || One(UniformPolicy { r#in: world() }.run(&ctx).expect("it is a world"));
     let act = || {
         let (policy, stream) = (policy(), "main".to_owned());
-        One(Act { policy, r#in: world(), episodes: 25, limit: 20, stream }
-            .run(&ctx)
-            .expect("it acts"))
+        One(Act {
+            actor: Box::new(Tabular { policy }),
+            r#in: world(),
+            episodes: 25,
+            limit: 20,
+            stream,
+        }
+        .run(&ctx)
+        .expect("it acts"))
     };
     let (batch, member, bootstrap) = (128, 0, false);
     let op = TabularValues {

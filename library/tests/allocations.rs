@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use ivx_data::{Dataset, Form};
-use ivx_library::agent::{Act, Agent, Learn, Method, Steps, TabularModel, UniformPolicy};
+use ivx_library::agent::tabular::{TabularModel, UniformPolicy};
+use ivx_library::agent::{Act, Agent, Learn, Method, Steps, Tabular};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
 use ivx_nn::{Mlp, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
@@ -175,7 +176,8 @@ fn more_epochs_of_a_table_take_no_more_buffers() {
     let world = || Box::new(Gridworld { size: 5, wind: 0.1 });
     let policy = One(UniformPolicy { r#in: world() }.run(&ctx).expect("it is a world"));
     let stream = "main".to_owned();
-    let act = Act { policy: policy.clone(), r#in: world(), episodes: 25, limit: 20, stream };
+    let actor = Box::new(Tabular { policy: policy.clone() });
+    let act = Act { actor, r#in: world(), episodes: 25, limit: 20, stream };
     let from = One(act.run(&ctx).expect("it acts"));
     let large = |epochs| {
         let (batch, member, bootstrap) = (128, 0, false);

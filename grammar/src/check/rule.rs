@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use ivx_op::{ArgDecl, Args, ByName, Decl, Facts, Held, Lit, Shapes, Wrong};
+use ivx_op::{ArgDecl, Args, ByName, Decl, Facts, Shapes, Wrong};
 
 use super::Checker;
 use super::expr::At;
@@ -56,7 +56,7 @@ impl<'a> Checker<'a> {
             let value = |desc: &Desc| desc.eval(&self.spec.axes, &place).ok();
             let own = descs.iter().map(|(name, desc)| {
                 let mut lit = value(desc)?;
-                foresee(&mut lit, &held, &place);
+                lit.foresee(&|slot| held.get(&slot)?.at(&place).cloned());
                 Some((name.clone(), lit))
             });
             let Some(own) = own.collect::<Option<Args>>() else {
@@ -146,20 +146,6 @@ impl<'a> Checker<'a> {
                 None => return self.spans[id.0 as usize],
             }
         }
-    }
-}
-
-/// Puts what is known of what parts hold at a place into their descriptions.
-fn foresee(lit: &mut Lit, held: &BTreeMap<usize, Arc<Known>>, place: &Place) {
-    match lit {
-        Lit::Held(Held::Slot(slot)) => {
-            if let Some(shapes) = held.get(slot).and_then(|known| known.at(place)) {
-                *lit = Lit::Held(Held::Later(Arc::clone(shapes)));
-            }
-        }
-        Lit::List(items) => items.iter_mut().for_each(|item| foresee(item, held, place)),
-        Lit::Part(part) => part.args.values_mut().for_each(|arg| foresee(arg, held, place)),
-        _ => {}
     }
 }
 

@@ -1,6 +1,6 @@
 //! Rows of named columns: what is seen in a world, kept of it and learned from, in one representation.
 
-use ivx_op::State;
+use ivx_op::{Data, State, Tensors};
 use serde::{Deserialize, Serialize};
 
 /// What the numbers of a field are.
@@ -70,6 +70,24 @@ impl Values {
         }
     }
 
+    fn resize(&mut self, len: usize) {
+        match self {
+            Self::F32(values) => values.resize(len, 0.0),
+            Self::U8(values) => values.resize(len, 0),
+            Self::Index(values) => values.resize(len, 0),
+        }
+    }
+
+    /// Appends those of another column of the same kind.
+    fn append(&mut self, others: &Self) {
+        match (self, others) {
+            (Self::F32(own), Self::F32(others)) => own.extend(others),
+            (Self::U8(own), Self::U8(others)) => own.extend(others),
+            (Self::Index(own), Self::Index(others)) => own.extend(others),
+            _ => panic!("columns of the same fields"),
+        }
+    }
+
     /// Copies numbers of another column of the same kind over these.
     fn copy(&mut self, to: usize, from: &Self, at: usize, width: usize) {
         let (to, at) = (to..to + width, at..at + width);
@@ -125,6 +143,86 @@ impl Columns {
     /// The numbers of a column, to be changed, and how many a row has.
     pub fn values_mut(&mut self, column: usize) -> (&mut Values, usize) {
         (&mut self.values[column], self.fields[column].width())
+    }
+
+    /// Lets there be so many rows, of which new ones are zeros.
+    pub fn resize(&mut self, len: usize) {
+        for (field, values) in self.fields.iter().zip(&mut self.values) {
+            values.resize(len * field.width());
+        }
+        self.len = len;
+    }
+
+    /// Adds a row of other rows of the same fields.
+    ///
+    /// # Panics
+    /// If there is no such row, or the fields are others.
+    pub fn push(&mut self, from: &Self, at: usize) {
+        self.resize(self.len + 1);
+        self.set(self.len - 1, from, at);
+    }
+
+    /// Adds all rows of others of the same fields.
+    ///
+    /// # Panics
+    /// If the fields are others.
+    pub fn append(&mut self, others: &Self) {
+        self.values.iter_mut().zip(&others.values).for_each(|(own, other)| own.append(other));
+        self.len += others.len;
+    }
+
+    /// Puts the columns among arrays, under a prefix and their names: bits eight in a byte, and indices in four.
+    pub(crate) fn store(&self, prefix: &str, to: &mut Tensors) {
+        for (field, values) in self.fields.iter().zip(&self.values) {
+            let shape = || [&[self.len], &field.shape[..]].concat();
+            let data = match values {
+                Values::F32(values) => Data::F32(shape(), values.clone()),
+                Values::U8(bits) if field.kind == Kind::Bit => Data::bytes(
+                    bits.chunks(8)
+                        .map(|bits| bits.iter().rev().fold(0, |byte, bit| byte << 1 | bit & 1))
+                        .collect(),
+                ),
+                Values::U8(values) => Data::U8(shape(), values.clone()),
+                Values::Index(values) => {
+                    Data::bytes(values.iter().flat_map(|x| x.to_le_bytes()).collect())
+                }
+            };
+            to.arrays.insert(format!("{prefix}{}", field.name), data);
+        }
+    }
+
+    /// Takes `len` rows of such columns back; `None` if that is something else.
+    pub(crate) fn take(
+        prefix: &str,
+        from: &mut Tensors,
+        fields: Vec<Field>,
+        len: usize,
+    ) -> Option<Self> {
+        let mut values = Vec::new();
+        for field in &fields {
+            let width = field.shape.iter().try_fold(1_usize, |all, n| all.checked_mul(*n))?;
+            let n = len.checked_mul(width)?;
+            let data = from.arrays.remove(&format!("{prefix}{}", field.name))?;
+            values.push(match (field.kind, data) {
+                (Kind::F32, Data::F32(_, numbers)) if numbers.len() == n => Values::F32(numbers),
+                (Kind::U8, Data::U8(_, bytes)) if bytes.len() == n => Values::U8(bytes),
+                (Kind::Bit, Data::U8(_, bytes)) if bytes.len() == n.div_ceil(8) => {
+                    Values::U8((0..n).map(|i| bytes[i / 8] >> (i % 8) & 1).collect())
+                }
+                (Kind::Index(most), Data::U8(_, bytes))
+                    if n.checked_mul(4) == Some(bytes.len()) =>
+                {
+                    let (words, _) = bytes.as_chunks::<4>();
+                    let places: Vec<u32> = words.iter().map(|w| u32::from_le_bytes(*w)).collect();
+                    if places.iter().any(|place| *place as usize >= most) {
+                        return None;
+                    }
+                    Values::Index(places)
+                }
+                _ => return None,
+            });
+        }
+        Some(Self { fields, values, len })
     }
 
     /// Replaces a row by one of other rows of the same fields.

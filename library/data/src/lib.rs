@@ -1,21 +1,29 @@
 //! What operations hand to each other: data, episodes, decisions and beliefs.
 
+mod actions;
 mod columns;
 mod dataset;
 mod decision;
+mod demonstrations;
 pub mod form;
 mod misfit;
 mod outputs;
 mod posterior;
 mod rollouts;
+mod trajectories;
+mod walks;
 
+pub use actions::{Act, Actions, End};
 pub use columns::{Columns, Field, Kind, Values};
 pub use dataset::{Dataset, Form};
 pub use decision::Decision;
+pub use demonstrations::Demonstrations;
 pub use misfit::{Misfit, sizes_told};
 pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;
-pub use rollouts::{Episode, Rollouts};
+pub use rollouts::Rollouts;
+pub use trajectories::{Trajectories, same_world, shown_by, world_shapes};
+pub use walks::{Episode, NOT_FINITE, Walks, finite, pairs};
 
 /// The dimension of a number that brings its interval along.
 pub const END: &str = "end";

@@ -1,6 +1,6 @@
 //! Where agents went.
 
-use ivx_data::{Episode, Rollouts};
+use ivx_data::{Episode, Rollouts, Walks};
 use ivx_op::{Ctx, Figure, One, Op, OpError, declare, shown};
 use ivx_world::{Env, Finite, Mdp, world_is_finite};
 
@@ -35,12 +35,13 @@ impl Op for Paths {
         let mdp = ivx_world::mdp(&*self.r#in)?;
         let n = mdp.n_states();
         let columns = self.r#in.finite().and_then(Finite::columns).unwrap_or(n);
-        self.fits(&mdp, columns)?;
+        let walks = self.of.walks()?;
+        fits(&walks, &mdp, columns)?;
         let rows = n.div_ceil(columns);
         let place = |s: usize| (count(s % columns), count(rows - 1 - s / columns));
         let cells = (0..n).flat_map(|s| cell(&mdp, s, place(s), columns <= ROOM)).collect();
         let mut series = vec![Series { marks: cells, ..Series::default() }];
-        let shown = self.of.episodes.iter().take(self.episodes).enumerate();
+        let shown = walks.episodes.iter().take(self.episodes).enumerate();
         series.extend(shown.map(|(i, episode)| path(episode, apart(i), place)));
         let axis = |n: usize| Axis {
             range: Some((-0.55, count(n) - 0.45)),
@@ -52,30 +53,28 @@ impl Op for Paths {
     }
 }
 
-impl Paths {
-    /// Whether there is something to draw, and every step is one that the world can make.
-    fn fits(&self, mdp: &Mdp, columns: usize) -> Result<(), OpError> {
-        let (n, of) = (mdp.n_states(), self.of.n_states);
-        let steps = self.of.episodes.iter().flat_map(|e| e.states.windows(2).zip(&e.actions));
-        let why = if n > MOST || columns > 100 {
-            format!("{n} cells are too many to be drawn")
-        } else if self.of.episodes.is_empty() {
-            "there are no episodes to draw".to_owned()
-        } else if of != n || self.of.actions != mdp.actions {
-            format!("the episodes are of another world: of {of} states, and this one has {n}")
-        } else if let Some((pair, action)) =
-            { steps }.find(|(pair, action)| mdp.next(pair[0], **action)[pair[1]] == 0.0)
-        {
-            let (action, pair) = (&mdp.actions[*action], (pair[0], pair[1]));
-            format!(
-                "the episodes are of another world: in this one {action} does not lead from {} to {}",
-                pair.0, pair.1
-            )
-        } else {
-            return Ok(());
-        };
-        Err(OpError::Failed(why))
-    }
+/// Whether there is something to draw, and every step is one that the world can make.
+fn fits(walks: &Walks, mdp: &Mdp, columns: usize) -> Result<(), OpError> {
+    let (n, of) = (mdp.n_states(), walks.n_states);
+    let steps = walks.episodes.iter().flat_map(|e| e.states.windows(2).zip(&e.actions));
+    let why = if n > MOST || columns > 100 {
+        format!("{n} cells are too many to be drawn")
+    } else if walks.episodes.is_empty() {
+        "there are no episodes to draw".to_owned()
+    } else if of != n || walks.actions != mdp.actions {
+        format!("the episodes are of another world: of {of} states, and this one has {n}")
+    } else if let Some((pair, action)) =
+        { steps }.find(|(pair, action)| mdp.next(pair[0], **action)[pair[1]] == 0.0)
+    {
+        let (action, pair) = (&mdp.actions[*action], (pair[0], pair[1]));
+        format!(
+            "the episodes are of another world: in this one {action} does not lead from {} to {}",
+            pair.0, pair.1
+        )
+    } else {
+        return Ok(());
+    };
+    Err(OpError::Failed(why))
 }
 
 /// How far a path lies from the middles of its cells, so that those of several are seen.
@@ -133,7 +132,7 @@ mod tests {
             let (states, actions) = (states.to_vec(), actions.to_vec());
             Episode { states, actions, ended: true, ..Episode::default() }
         });
-        let of = One(Rollouts { n_states, actions, episodes: episodes.collect() });
+        let of = One(Walks { n_states, actions, episodes: episodes.collect() }.into());
         let r#in = Box::new(GoalWorld { size: 3, goal: vec![0, 1], trap: vec![1, 1] });
         let paths = Paths { of, r#in, episodes: 1, title: String::new() };
         let figure = paths.run(&Ctx::new("paths", 0, None));

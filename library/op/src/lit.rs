@@ -31,7 +31,7 @@ pub enum Lit {
 pub enum Held {
     /// Its place among those that the computation holds, before it runs.
     Slot(usize),
-    /// What is known of its shapes, where rules ask before anything runs.
+    /// What is known of its shapes, where rules and estimates ask before anything runs.
     Later(Arc<Shapes>),
     /// Its encoded values, when it runs.
     Value(Gathered<Arc<[u8]>>),
@@ -65,6 +65,20 @@ impl Part {
 }
 
 impl Lit {
+    /// Puts what is known of what parts hold in their places: nothing, where nothing is.
+    pub fn foresee(&mut self, shapes_of: &impl Fn(usize) -> Option<Arc<Shapes>>) {
+        match self {
+            Self::Held(held) => {
+                if let Held::Slot(slot) = held {
+                    *held = Held::Later(shapes_of(*slot).unwrap_or_default());
+                }
+            }
+            Self::List(items) => items.iter_mut().for_each(|item| item.foresee(shapes_of)),
+            Self::Part(part) => part.args.values_mut().for_each(|arg| arg.foresee(shapes_of)),
+            _ => {}
+        }
+    }
+
     /// The field of a record; `None` for what has no such field.
     #[must_use]
     pub fn field(&self, name: &str) -> Option<&Self> {

@@ -1,137 +1,117 @@
-//! Acting in an environment.
+//! Acting in worlds of any kind.
 
-use ivx_data::{Dataset, Episode, Form, Rollouts};
+use ivx_data::form::{failed, wrong};
+use ivx_data::{End, Rollouts, Trajectories, world_shapes};
 use ivx_math::moments::real;
-use ivx_math::policy::pick;
-use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Shapes, declare};
-use ivx_world::{Env, Mdp, world_is_finite};
-use rand::RngExt as _;
+use ivx_op::{
+    Args, Array, Ctx, Dim, Facts, Labels, Literal as _, Needs, One, Op, OpError, Shapes, Wrong,
+    declare,
+};
+use ivx_world::{Env, Step};
+
+use super::actor::Actor;
+use super::drive::Drive;
 
 declare! {
-    /// Episodes of a policy in an environment (Eqn. 2.35).
+    /// Episodes of somebody in a world (Eqn. 2.35).
     ///
-    /// Fewer are the first of more. Where an episode starts and what chance decides in each of its steps
-    /// are draws of their own, so that policies compared on one seed meet the same luck.
-    pub struct Act = "act" @ 1, stochastic -> Rollouts {
-        /// The probability of each action in each state.
-        policy: One<Array>;
-        /// The environment.
+    /// Fewer are the first of more. What chance decides in the world is drawn by the seed, the stream and the episode, so
+    /// that all who are compared on one seed meet the same luck.
+    pub struct Act = "act" @ 2, stochastic -> Rollouts {
+        /// Who acts.
+        actor: Box<dyn Actor>;
+        /// The world.
         r#in: Box<dyn Env>;
         /// How many episodes.
         episodes: usize, in 0.0..=1e6;
-        /// After so many steps an episode is cut off.
-        limit: usize = 100, in 1.0..=1e6, unit "steps";
+        /// After so many steps an episode is cut off; 0 for when the world does.
+        limit: u64 = 0, in 0.0..=1e9, unit "steps";
         /// Tells apart draws that must differ on one seed, such as training and test data.
         stream: String = "main";
     }
-    rule world_is_finite;
-    shapes of_env;
+    rule acts;
+    shapes of_world;
 }
 
-fn of_env(facts: &Facts<'_>) -> Option<Shapes> {
-    let mdp = facts.arg::<Box<dyn Env>>("in")?.finite()?.mdp().ok()?;
-    Some(form(mdp.n_states(), mdp.n_actions()).shapes())
+/// The rule that `actor` can act in the world `in`.
+pub(super) fn acts(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match (facts.arg::<Box<dyn Actor>>("actor"), facts.arg::<Box<dyn Env>>("in")) {
+        (Some(actor), Some(env)) => {
+            let spec = env.spec().map_err(wrong("in"))?;
+            actor.fits(&spec).map_err(wrong("actor"))
+        }
+        _ => Ok(()),
+    }
 }
+
+fn of_world(facts: &Facts<'_>) -> Option<Shapes> {
+    let spec = facts.arg::<Box<dyn Env>>("in")?.spec().ok()?;
+    Some(world_shapes(&spec.sees, &spec.does))
+}
+
+/// How many worlds somebody acts in at once.
+const AT_ONCE: usize = 64;
+
+/// How long an episode is thought to be that nobody cuts off.
+const LONG: u64 = 1000;
 
 impl Op for Act {
     fn run(&self, ctx: &Ctx) -> Result<Rollouts, OpError> {
-        let mdp = ivx_world::mdp(&*self.r#in)?;
-        let policy = mdp.policy(&self.policy)?;
-        let mut episodes = Vec::new();
-        for i in 0..self.episodes {
-            let mut luck = Luck::of(ctx, &self.stream, i);
-            let act = |state| &policy[state * mdp.n_actions()..][..mdp.n_actions()];
-            episodes.push(episode(&mdp, self.limit, &mut luck, act));
+        let spec = self.r#in.spec().map_err(failed)?;
+        let mut actor = self.actor.open(&spec).map_err(failed)?;
+        let none = || Trajectories::new(spec.sees.clone(), spec.does.clone());
+        let mut all = Rollouts::new(none(), spec.tells.clone());
+        let stream = format!("act {}", self.stream);
+        for first in (0..self.episodes).step_by(AT_ONCE) {
+            let worlds = AT_ONCE.min(self.episodes - first);
+            let mut each = vec![Rollouts::new(none(), spec.tells.clone()); worlds];
+            let turn = (first / AT_ONCE) as u64;
+            let limit = (self.limit > 0).then_some(self.limit);
+            let drive = Drive { env: &*self.r#in, worlds, luck: (&stream, turn), limit };
+            let mut rng = ctx.rng("actions", &[&self.stream, &turn.to_string()]);
+            let look = || {
+                ctx.tell(first as u64, self.episodes as u64, || format!("{worlds} at once"));
+                ctx.checkpoint(Vec::new)
+            };
+            let see = |lane: usize, step: &Step| append(&mut each[lane], lane, step);
+            drive.run((&mut *actor, &mut rng), ctx, look, see)?;
+            each.iter().for_each(|episode| all.append(episode));
         }
-        let actions = mdp.actions.iter().map(|name| (*name).to_owned()).collect();
-        Ok(Rollouts { n_states: mdp.n_states(), actions, episodes })
+        Ok(all)
+    }
+
+    fn needs(args: &Args, _: Option<&Shapes>, input_bytes: u64) -> Needs {
+        let env = args.get("in").and_then(|env| Box::<dyn Env>::from_lit(env).ok());
+        let of = |name| args.get(name).and_then(|lit| u64::from_lit(lit).ok()).unwrap_or(0);
+        let Some(spec) = env.and_then(|env| env.spec().ok()) else { return Needs::default() };
+        let row: usize = spec.sees.iter().map(|field| 4 * field.width()).sum();
+        let limit = [spec.limit.unwrap_or(LONG), of("limit")];
+        let steps = limit.into_iter().filter(|n| *n > 0).min().unwrap_or(LONG);
+        // What is kept, and once more while it is written.
+        let kept = of("episodes").saturating_mul(steps).saturating_mul(2 * (row as u64 + 16));
+        Needs { memory: kept.saturating_add(input_bytes), ..Needs::default() }
     }
 }
 
-/// The streams of one episode.
-pub(super) struct Luck {
-    start: rand_chacha::ChaCha8Rng,
-    actions: rand_chacha::ChaCha8Rng,
-    moves: rand_chacha::ChaCha8Rng,
-}
-
-impl Luck {
-    /// That of episode `i`.
-    pub(super) fn of(ctx: &Ctx, stream: &str, i: usize) -> Self {
-        let rng = |purpose| ctx.rng(purpose, &[stream, &i.to_string()]);
-        Self { start: rng("start"), actions: rng("actions"), moves: rng("moves") }
+/// Adds a step of a world to the only episode of some rollouts.
+fn append(to: &mut Rollouts, lane: usize, step: &Step) {
+    let paths = &mut to.paths;
+    if paths.episodes.is_empty() {
+        paths.episodes.push((0, End::No));
+        paths.seen.push(&step.before, lane);
     }
-
-    /// A first state.
-    pub(super) fn start(&mut self, mdp: &Mdp) -> usize {
-        pick(&mdp.start, self.start.random())
-    }
-
-    /// An action.
-    pub(super) fn act(&mut self, policy: &[f64]) -> usize {
-        pick(policy, self.actions.random())
-    }
-
-    /// The state that follows.
-    pub(super) fn step(&mut self, mdp: &Mdp, state: usize, action: usize) -> usize {
-        pick(mdp.next(state, action), self.moves.random())
-    }
-}
-
-/// One episode of at most `limit` steps.
-pub(super) fn episode<'a>(
-    mdp: &Mdp,
-    limit: usize,
-    luck: &mut Luck,
-    policy: impl Fn(usize) -> &'a [f64],
-) -> Episode {
-    let mut state = luck.start(mdp);
-    let mut all = Episode { states: vec![state], ..Episode::default() };
-    while !mdp.terminal[state] && all.actions.len() < limit {
-        let action = luck.act(policy(state));
-        all.actions.push(action);
-        all.rewards.push(mdp.reward(state, action));
-        state = luck.step(mdp, state, action);
-        all.states.push(state);
-    }
-    all.ended = mdp.terminal[state];
-    all
-}
-
-declare! {
-    /// What an agent did in each state that it was in (Eqn. 2.23), for a classifier to learn from: inputs
-    /// have a 1 for the state, and targets are actions.
-    pub struct Demonstrations = "demonstrations" @ 1 -> Dataset {
-        /// The episodes.
-        of: One<Rollouts>;
-    }
-    shapes of_rollouts;
-}
-
-fn of_rollouts(facts: &Facts<'_>) -> Option<Shapes> {
-    facts.shapes("of").cloned()
-}
-
-/// A state as a vector, and an action as a class.
-pub(super) fn form(n_states: usize, n_actions: usize) -> Form {
-    Form { input: vec![n_states], target: Vec::new(), classes: Some(n_actions) }
-}
-
-impl Op for Demonstrations {
-    fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
-        let Rollouts { n_states, actions, episodes } = &self.of.0;
-        let mut data = Dataset { form: form(*n_states, actions.len()), ..Dataset::default() };
-        for (state, action) in episodes.iter().flat_map(|e| e.states.iter().zip(&e.actions)) {
-            data.x.extend((0..*n_states).map(|s| if s == *state { 1.0 } else { 0.0 }));
-            data.y.push(real(*action));
-        }
-        Ok(data)
-    }
+    paths.seen.push(&step.after, lane);
+    step.acts.get(lane).append(&mut paths.acts);
+    paths.episodes[0].0 += 1;
+    paths.episodes[0].1 = step.ends[lane];
+    to.rewards.push(f64::from(step.rewards[lane]));
+    let width = to.tells.len();
+    to.told.extend(&step.told[lane * width..][..width]);
 }
 
 declare! {
     /// The return of each episode: its rewards, discounted to its start (Eqn. 2.30).
-    pub struct Returns = "returns" @ 1 -> Array [episode] {
+    pub struct Returns = "returns" @ 2 -> Array [episode] {
         /// The episodes.
         of: One<Rollouts>;
         /// What a reward one step later is worth.
@@ -141,38 +121,25 @@ declare! {
 
 impl Op for Returns {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let of_one = |e: &Episode| e.rewards.iter().rev().fold(0.0, |g, r| r + self.discount * g);
-        let values: Vec<f64> = self.of.episodes.iter().map(of_one).collect();
+        let of_one = |rewards: &[f64]| rewards.iter().rev().fold(0.0, |g, r| r + self.discount * g);
+        let each = self.of.paths.each();
+        let each = each.map(|(_, done, steps, _)| of_one(&self.of.rewards[done..done + steps]));
+        let values: Vec<f64> = each.collect();
         let numbers = (0..values.len()).map(real).collect();
         Ok(Array::series(Dim::new("episode", Labels::Numbers(numbers)), values))
     }
 }
 
-declare! {
-    /// How often each action was taken in each state.
-    pub struct Visits = "visits" @ 1 -> Array [state, action] {
-        /// The episodes.
-        of: One<Rollouts>;
-    }
-}
-
-impl Op for Visits {
-    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let Rollouts { n_states, actions, episodes } = &self.of.0;
-        let mut values = vec![0.0; n_states * actions.len()];
-        for (state, action) in episodes.iter().flat_map(|e| e.states.iter().zip(&e.actions)) {
-            values[state * actions.len() + action] += 1.0;
-        }
-        Ok(Array { dims: self.of.pairs(), values })
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::actor::{Random, Tabular};
+    use super::super::tabular::PolicyValues;
     use super::*;
+    use ivx_data::{Episode, Values, Walks};
     use ivx_math::bellman::expected_values;
     use ivx_math::moments::mean;
-    use ivx_world::{Chain, GoalWorld};
+    use ivx_op::Artifact as _;
+    use ivx_world::{CartPole, Chain, GoalWorld};
 
     const CTX: Ctx = Ctx::new("act", 3, None);
 
@@ -180,19 +147,23 @@ mod tests {
         Box::new(Chain { cells: 4, slip: 0.1, goal: true })
     }
 
-    fn episodes(right: f64, episodes: usize, limit: usize) -> Rollouts {
+    fn act(actor: Box<dyn Actor>, r#in: Box<dyn Env>, episodes: usize, limit: u64) -> Rollouts {
+        Act { actor, r#in, episodes, limit, stream: "main".to_owned() }.run(&CTX).unwrap()
+    }
+
+    fn episodes(right: f64, episodes: usize, limit: u64) -> Walks {
         let dims = ivx_world::mdp(&*chain()).unwrap().pairs();
         let policy = One(Array { dims, values: [1.0 - right, right].repeat(4) });
-        let stream = "main".to_owned();
-        Act { policy, r#in: chain(), episodes, limit, stream }.run(&CTX).unwrap()
+        act(Box::new(Tabular { policy }), chain(), episodes, limit).walks().unwrap()
     }
 
     #[test]
     fn fewer_are_the_first_of_more_and_luck_is_common() {
-        let (few, many) = (episodes(0.5, 3, 100), episodes(0.5, 8, 100));
-        assert_eq!(few.episodes, many.episodes[..3]);
-        let starts = |all: &Rollouts| all.episodes.iter().map(|e| e.states[0]).collect::<Vec<_>>();
-        assert_eq!(starts(&many), starts(&episodes(1.0, 8, 100)));
+        let (few, many) = (episodes(0.5, 70, 100), episodes(0.5, 140, 100));
+        assert_eq!(few.episodes, many.episodes[..70]);
+        assert_ne!(many.episodes[..6], many.episodes[64..70]);
+        let starts = |all: &Walks| all.episodes.iter().map(|e| e.states[0]).collect::<Vec<_>>();
+        assert_eq!(starts(&many), starts(&episodes(1.0, 140, 100)));
         assert!((0..3).all(|s| starts(&episodes(1.0, 40, 100)).contains(&s)));
     }
 
@@ -200,10 +171,11 @@ mod tests {
     fn episodes_end_at_the_goal_or_are_cut_off() {
         for e in episodes(1.0, 20, 100).episodes {
             assert!(e.ended && e.states.last() == Some(&3) && e.rewards.last() == Some(&1.0));
-            assert_eq!(e.actions.len(), 3 - e.states[0]);
+            assert!(e.actions.len() >= 3 - e.states[0]);
         }
         let cut = episodes(0.0, 20, 5);
         assert!(cut.episodes.iter().all(|e| !e.ended && e.actions.len() == 5));
+        assert!(episodes(0.0, 1, 0).episodes[0].actions.len() == 1000, "the world's own limit");
     }
 
     #[test]
@@ -216,7 +188,26 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_off_an_episode() {
+    fn worlds_of_any_kind_are_acted_in_to_their_ends() {
+        let pole = || Box::new(CartPole {}) as Box<dyn Env>;
+        let all = act(Box::new(Random {}), pole(), 5, 30);
+        assert_eq!(Rollouts::decode(&all.encode()), Some(all.clone()));
+        let Values::F32(seen) = all.paths.seen.values(0) else { panic!("numbers") };
+        for (from, _, steps, end) in all.paths.each() {
+            // A pole that has fallen lies where nobody saw it fall before.
+            let fallen = |row: usize| {
+                let row = &seen[4 * row..][..4];
+                row[0].abs() > 2.4 || row[2].abs() > 0.209_439_51
+            };
+            assert_eq!(end == End::Terminal, fallen(from + steps));
+            assert!((from..from + steps).all(|row| !fallen(row)));
+            assert!(end == End::Terminal || steps == 30);
+        }
+        assert_eq!(all.rewards, vec![1.0; all.paths.n_steps()]);
+    }
+
+    #[test]
+    fn returns_by_hand() {
         let e = Episode {
             states: vec![1, 0, 1, 2],
             actions: vec![0, 1, 1],
@@ -224,14 +215,9 @@ mod tests {
             ended: true,
         };
         let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
-        let of =
-            || One(Rollouts { n_states: 3, actions: actions.clone(), episodes: vec![e.clone()] });
+        let of = One(Rollouts::from(Walks { n_states: 3, actions, episodes: vec![e.clone(), e] }));
         // 1 + 0 + ¼·2
-        assert_eq!(Returns { of: of(), discount: 0.5 }.run(&CTX).unwrap().values, [1.5]);
-        assert_eq!(Visits { of: of() }.run(&CTX).unwrap().values, [0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
-        let data = Demonstrations { of: of() }.run(&CTX).unwrap();
-        assert_eq!(data.y, [0.0, 1.0, 1.0]);
-        assert_eq!(data.x, [0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        assert_eq!(Returns { of, discount: 0.5 }.run(&CTX).unwrap().values, [1.5, 1.5]);
     }
 
     #[test]
@@ -239,14 +225,12 @@ mod tests {
         let r#in = || Box::new(GoalWorld { size: 3, goal: vec![0, 0], trap: vec![2, 2] });
         let mdp = ivx_world::mdp(&*r#in()).unwrap();
         let policy = || One(Array { dims: mdp.pairs(), values: vec![0.25; 36] });
-        let q = super::super::PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };
+        let q = PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };
         let q = q.run(&CTX).unwrap().values;
         let v = expected_values(&mdp.model(), &[0.25; 36], &q);
         let exact: f64 = v.iter().zip(&mdp.start).map(|(v, p)| v * p).sum();
-        let stream = "main".to_owned();
-        let all = Act { policy: policy(), r#in: r#in(), episodes: 4000, limit: 200, stream };
-        let of = One(all.run(&CTX).unwrap());
-        let seen = mean(&Returns { of, discount: 0.9 }.run(&CTX).unwrap().values);
+        let all = act(Box::new(Tabular { policy: policy() }), r#in(), 4000, 200);
+        let seen = mean(&Returns { of: One(all), discount: 0.9 }.run(&CTX).unwrap().values);
         // The symmetric world is worth 0; a return has a standard deviation below 1.
         assert!(exact.abs() < 1e-12 && seen.abs() < 0.05, "{exact} {seen}");
     }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
-use ivx_data::{Columns, Field, Kind};
+use ivx_data::{Columns, Field, shown_by};
 use ivx_nn::{Live, Module, Networks, Shape, Var};
 use ivx_op::{Artifact, Shapes, Tensors};
-use ivx_world::{Actions, Acts, Spec};
+use ivx_world::{Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,8 @@ pub enum Choice {
     Greedy,
     /// An action drawn by the logits of the network `policy`.
     Sampled,
+    /// The action of the highest of those logits, the first of equals.
+    Likeliest,
 }
 
 /// What the layers that come before others are called, where several share them.
@@ -38,7 +40,7 @@ impl Choice {
     fn net(self) -> &'static str {
         match self {
             Self::Greedy => "q",
-            Self::Sampled => "policy",
+            Self::Sampled | Self::Likeliest => "policy",
         }
     }
 }
@@ -72,7 +74,7 @@ impl Acting for Opened {
         let rows = out.chunks_exact(out.len() / seen.len());
         for (place, row) in acts.places.iter_mut().zip(rows) {
             *place = match choice {
-                Choice::Greedy => best(row),
+                Choice::Greedy | Choice::Likeliest => best(row),
                 Choice::Sampled => sampled(row, rng.random()).0,
             };
         }
@@ -129,38 +131,6 @@ pub(crate) fn seen_shape(sees: &[Field], n: usize) -> Shape {
     }
 }
 
-/// What is known of an agent of such worlds before it is: of each field what kind it is, how many there are of an index,
-/// and its shape; and how many actions there are.
-pub(crate) fn shapes_of(spec: &Spec) -> Shapes {
-    let mut shapes = Shapes::new();
-    for (i, field) in spec.sees.iter().enumerate() {
-        let (kind, n) = match field.kind {
-            Kind::F32 => (0, 0),
-            Kind::U8 => (1, 0),
-            Kind::Bit => (2, 0),
-            Kind::Index(n) => (3, n),
-        };
-        let shape = [&[kind, n], &field.shape[..]].concat();
-        shapes.insert(format!("sees.{i:03}.{}", field.name), shape);
-    }
-    shapes.insert("does".to_owned(), vec![spec.does.n_discrete().unwrap_or(0)]);
-    shapes
-}
-
-/// The worlds of which that is known; what their actions are called is not.
-fn spec_of(shapes: &Shapes) -> Option<Spec> {
-    let mut sees = Vec::new();
-    for (name, shape) in shapes {
-        let Some(name) = name.strip_prefix("sees.") else { continue };
-        let [kind, n, shape @ ..] = &shape[..] else { return None };
-        let kind = [Kind::F32, Kind::U8, Kind::Bit, Kind::Index(*n)].get(*kind).copied()?;
-        sees.push(Field::new(name.split_once('.')?.1, shape, kind));
-    }
-    let n = *shapes.get("does")?.first()?;
-    let does = Actions::Discrete((0..n).map(|i| i.to_string()).collect());
-    Some(Spec { sees, does, tells: Vec::new(), limit: None })
-}
-
 #[derive(Serialize, Deserialize)]
 struct Facts {
     acts: Choice,
@@ -191,6 +161,8 @@ impl Artifact for Agent {
 
     fn later(shapes: &Shapes) -> Option<Self> {
         let nets = Networks::default();
-        spec_of(shapes).map(|spec| Self { acts: Choice::Greedy, nets, spec })
+        let (sees, does) = shown_by(shapes)?;
+        let spec = Spec { sees, does, tells: Vec::new(), limit: None };
+        Some(Self { acts: Choice::Greedy, nets, spec })
     }
 }

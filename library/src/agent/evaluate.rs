@@ -1,11 +1,12 @@
 //! How well agents do in worlds of any kind.
 
-use ivx_data::form::wrong;
-use ivx_op::{Array, Ctx, Dim, Facts, Labels, Op, OpError, Wrong, declare, record};
-use ivx_world::{Env, Lanes};
+use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare, record};
+use ivx_world::Env;
 
+use super::act::acts;
 use super::actor::Actor;
 use super::agent::Acting;
+use super::drive::Drive;
 
 record! {
     /// What became of an agent in some episodes.
@@ -30,17 +31,7 @@ declare! {
         /// How many episodes.
         trials: usize = 10, in 1.0..=1e6;
     }
-    rule fits;
-}
-
-fn fits(facts: &Facts<'_>) -> Result<(), Wrong> {
-    match (facts.arg::<Box<dyn Actor>>("actor"), facts.arg::<Box<dyn Env>>("in")) {
-        (Some(actor), Some(env)) => {
-            let spec = env.spec().map_err(wrong("in"))?;
-            actor.fits(&spec).map_err(wrong("actor"))
-        }
-        _ => Ok(()),
-    }
+    rule acts;
 }
 
 impl Op for Evaluate {
@@ -48,7 +39,7 @@ impl Op for Evaluate {
         let spec = self.r#in.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
         let mut actor = self.actor.open(&spec).map_err(|misfit| OpError::Failed(misfit.message))?;
         let trials = (self.trials, 0);
-        let run = drive(&mut *actor, &*self.r#in, trials, ctx, || ctx.checkpoint(Vec::new))?;
+        let run = measure(&mut *actor, &*self.r#in, trials, ctx, || ctx.checkpoint(Vec::new))?;
         let trials = || Dim::new("trial", Labels::count(self.trials));
         let told = Dim::new("told", Labels::Names(spec.tells));
         Ok(Evaluation {
@@ -66,48 +57,25 @@ pub(crate) struct Run {
     told: Vec<f64>,
 }
 
-/// How many steps there are between looks whether it is to end.
-const LOOKS: u64 = 64;
-
 /// Lets an agent act in `trials` worlds, one episode in each. `first` tells apart worlds that must differ; `look` says
 /// whether it is to end before it is done.
-pub(crate) fn drive(
+pub(crate) fn measure<'a>(
     actor: &mut dyn Acting,
-    env: &dyn Env,
+    env: &'a dyn Env,
     (trials, first): (usize, u64),
-    ctx: &Ctx<'_>,
-    mut look: impl FnMut() -> Result<(), OpError>,
+    ctx: &Ctx<'a>,
+    look: impl FnMut() -> Result<(), OpError>,
 ) -> Result<Run, OpError> {
-    let mut lanes = Lanes::open(env, trials, ctx, ("evaluate", first))?;
+    let mut run = Run { returns: vec![0.0; trials], lengths: vec![0.0; trials], told: Vec::new() };
+    let drive = Drive { env, worlds: trials, luck: ("evaluate", first), limit: None };
     let mut rng = ctx.rng("act", &[&first.to_string()]);
-    let width = lanes.spec().tells.len();
-    let (returns, lengths) = (vec![0.0; trials], vec![0.0; trials]);
-    let mut run = Run { returns, lengths, told: vec![0.0; trials * width] };
-    let mut open = vec![true; trials];
-    for t in 0_u64.. {
-        if t % LOOKS == 0 {
-            look()?;
-        }
-        rng.set_stream(t);
-        rng.set_word_pos(0);
-        let (seen, acts) = lanes.choose();
-        actor.act(seen, &mut rng, acts);
-        let step = lanes.step();
-        for (i, (sum, told)) in run.told.iter_mut().zip(&step.told).enumerate() {
-            *sum += if open[i / width] { f64::from(*told) } else { 0.0 };
-        }
-        let finished: Vec<_> = lanes.finished().collect();
-        for episode in finished {
-            let lane = episode.lane;
-            (run.returns[lane], open[lane]) = (episode.payoff, false);
-            #[expect(clippy::cast_precision_loss, reason = "episodes are far below 2^53 steps")]
-            let length = episode.length as f64;
-            run.lengths[lane] = length;
-            lanes.rest(lane);
-        }
-        if !open.contains(&true) {
-            break;
-        }
-    }
+    drive.run((actor, &mut rng), ctx, look, |lane, step| {
+        let width = step.told.len() / trials;
+        run.told.resize(trials * width, 0.0);
+        run.returns[lane] += f64::from(step.rewards[lane]);
+        run.lengths[lane] += 1.0;
+        let told = run.told[lane * width..].iter_mut().zip(&step.told[lane * width..][..width]);
+        told.for_each(|(sum, told)| *sum += f64::from(*told));
+    })?;
     Ok(run)
 }

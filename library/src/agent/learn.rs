@@ -4,6 +4,7 @@ use std::fmt::Debug;
 use std::sync::LazyLock;
 
 use ivx_data::form::wrong;
+use ivx_data::world_shapes;
 use ivx_math::moments::{mean, real};
 use ivx_op::{
     Args, Array, Ctx, Dim, Facts, Labels, Literal as _, Needs, Op, OpError, Parts, Shapes, State,
@@ -11,8 +12,8 @@ use ivx_op::{
 };
 use ivx_world::{Env, Lanes};
 
-use super::agent::{Agent, shapes_of};
-use super::evaluate::drive;
+use super::agent::Agent;
+use super::evaluate::measure;
 use super::method::{Learning, Method, Setting};
 
 record! {
@@ -115,9 +116,14 @@ fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
     let Some((counted, n)) = facts.arg::<Box<dyn Span>>("for").map(|span| span.count()) else {
         return Ok(());
     };
+    let watches = facts.arg::<Box<dyn Method>>("how").is_some_and(|how| !how.acts());
     let every: u64 = facts.arg("every").unwrap_or_default();
     let lanes: u64 = facts.arg("lanes").unwrap_or(1);
     let not = |arg, message: String, help: &str| Err(Wrong { arg, message, help: help.to_owned() });
+    if watches && counted == Counted::Episodes {
+        let message = "it learns from what others did, and comes to no episodes of its own";
+        return not("for", message.to_owned(), "count `updates(..)`");
+    }
     if every > 0 && !n.is_multiple_of(every) {
         let message = format!(
             "{every} does not divide {n}, so that the agent at the end would not be measured"
@@ -135,7 +141,7 @@ fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
 /// What the agent of such a world is known by.
 fn of_learned(facts: &Facts<'_>) -> Option<Shapes> {
     let spec = facts.arg::<Box<dyn Env>>("in")?.spec().ok()?;
-    let named = shapes_of(&spec).into_iter();
+    let named = world_shapes(&spec.sees, &spec.does).into_iter();
     Some(named.map(|(name, shape)| (format!("agent.{name}"), shape)).collect())
 }
 
@@ -185,8 +191,9 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn begin(op: &'a Learn, spec: &ivx_world::Spec, ctx: &Ctx<'a>) -> Result<Self, OpError> {
         let (counted, total) = op.r#for.count();
-        let steps = (counted == Counted::Steps).then_some(total);
-        let setting = Setting { spec, lanes: op.lanes, steps };
+        let of = |what| (counted == what).then_some(total);
+        let (steps, updates) = (of(Counted::Steps), of(Counted::Updates));
+        let setting = Setting { spec, lanes: op.lanes, steps, updates };
         Ok(Self {
             op,
             learning: op.how.begin(&setting, ctx)?,
@@ -246,11 +253,13 @@ impl<'a> Run<'a> {
 
     /// A step of every world, and what is learned of it.
     fn turn(&mut self) {
-        let (seen, acts) = self.lanes.choose();
-        self.learning.act(self.steps, seen, acts);
-        self.learning.see(self.lanes.step());
+        if self.op.how.acts() {
+            let (seen, acts) = self.lanes.choose();
+            self.learning.act(self.steps, seen, acts);
+            self.learning.see(self.lanes.step());
+            self.played.extend(self.lanes.finished().map(|episode| episode.payoff));
+        }
         self.steps += self.lanes.len() as u64;
-        self.played.extend(self.lanes.finished().map(|episode| episode.payoff));
         self.learning.learn(self.steps);
     }
 
@@ -275,7 +284,7 @@ impl<'a> Run<'a> {
         }
         let (op, mut actor) = (self.op, agent.open());
         let look = || ctx.checkpoint(|| self.kept());
-        let run = drive(&mut *actor, &*op.r#in, (op.trials, after), ctx, look)?;
+        let run = measure(&mut *actor, &*op.r#in, (op.trials, after), ctx, look)?;
         #[expect(clippy::cast_precision_loss, reason = "steps are far below 2^53")]
         self.measured.push(after as f64);
         self.returns.extend(run.returns);

@@ -1,6 +1,6 @@
 //! Learning with a number for everything in a square of 5 × 5 cells, and where policies lead in it.
 
-use ivx_library::agent::tabular_loss::{Steps, expected_sarsa_loss, td_errors, transition_loss};
+use ivx_library::agent::tabular::loss::{Steps, expected_sarsa_loss, td_errors, transition_loss};
 use ivx_math::markov_chain::{hits, induced, occupancy};
 use ivx_math::moments::real;
 use ivx_math::tabular::{Transition, most_likely, transition_counts};

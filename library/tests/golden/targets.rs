@@ -1,6 +1,6 @@
 //! Targets of values beside those of rlax and by hand.
 
-use ivx_library::agent::{Bootstrap, ExpectedSarsa, QLearning, Sarsa, worth};
+use ivx_library::agent::tabular::{Bootstrap, ExpectedSarsa, QLearning, Sarsa, worth};
 use ivx_library::ke::{Bcm, KnowledgeEquivalent, Ma, Wcm};
 use ivx_library::planner::equivalents;
 use ivx_math::moments::{mean, real};

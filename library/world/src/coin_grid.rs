@@ -3,8 +3,9 @@
 use ivx_data::{Field, Kind, Misfit};
 use ivx_op::{Facts, OpError, Wrong, declare};
 
-use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use ivx_data::{Act, Actions, End};
 
 declare! {
     /// CoinGrid: a walled grid of 7 × 7 cells with coins of three colours (§B.1.3, Example 4.1). The agent turns left,

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use ivx_data::{Columns, Field, Misfit, Values};
+use ivx_data::{Act, Actions, Columns, End, Field, Misfit, Values, same_world};
 use ivx_op::OpError;
 use serde::{Deserialize, Serialize};
 
@@ -28,106 +28,9 @@ impl Spec {
     /// # Errors
     /// If not.
     pub fn same(&self, other: &Self) -> Result<(), Misfit> {
-        if self.sees == other.sees && self.does.told() == other.does.told() {
-            return Ok(());
-        }
-        let told = |spec: &Self| {
-            let fields = spec.sees.iter().map(|field| format!("{} {:?}", field.name, field.shape));
-            let fields: Vec<String> = fields.collect();
-            format!("{} with {}", fields.join(" and "), spec.does.told())
-        };
-        Err(Misfit::new(
-            format!("the agent knows {}, and this world has {}", told(self), told(other)),
-            "let it act in worlds such as it has learned in",
-        ))
+        let (own, other) = ((&self.sees[..], &self.does), (&other.sees[..], &other.does));
+        same_world("the agent knows", own, other)
     }
-}
-
-/// The actions of a world.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Actions {
-    /// One of these.
-    Discrete(Vec<String>),
-    /// A vector between bounds.
-    Continuous {
-        /// The least of each number.
-        low: Vec<f32>,
-        /// The most of each.
-        high: Vec<f32>,
-    },
-}
-
-impl Actions {
-    /// Actions by their names.
-    #[must_use]
-    pub fn named(names: &[&str]) -> Self {
-        Self::Discrete(names.iter().map(|name| (*name).to_owned()).collect())
-    }
-
-    /// How many there are.
-    ///
-    /// # Errors
-    /// If they are vectors; then who asks does not fit.
-    pub fn n_discrete(&self) -> Result<usize, Misfit> {
-        match self {
-            Self::Discrete(names) => Ok(names.len()),
-            Self::Continuous { .. } => {
-                let message = "it takes one of some actions, and those of this world are vectors";
-                Err(Misfit::new(message.to_owned(), "use a world with discrete actions"))
-            }
-        }
-    }
-
-    /// `6 actions` or `actions of 2 numbers`.
-    #[must_use]
-    pub fn told(&self) -> String {
-        match self {
-            Self::Discrete(names) => format!("{} actions", names.len()),
-            Self::Continuous { low, .. } => format!("actions of {} numbers", low.len()),
-        }
-    }
-}
-
-/// One action.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Act<'a> {
-    /// The place of one among those that there are.
-    Index(usize),
-    /// A vector.
-    Vector(&'a [f32]),
-}
-
-impl<'a> Act<'a> {
-    /// The place of a discrete action.
-    ///
-    /// # Panics
-    /// If it is a vector.
-    #[must_use]
-    pub fn index(self) -> usize {
-        let Self::Index(place) = self else { panic!("the action of a discrete world is a place") };
-        place
-    }
-
-    /// A continuous action.
-    ///
-    /// # Panics
-    /// If it is a place.
-    #[must_use]
-    pub fn vector(self) -> &'a [f32] {
-        let Self::Vector(vector) = self else { panic!("that of a continuous world is a vector") };
-        vector
-    }
-}
-
-/// Whether an episode is over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
-    /// It goes on.
-    No,
-    /// Nothing follows: no reward is to be had from here on.
-    Terminal,
-    /// It was cut off: what would follow is unknown, and worth what it would be.
-    Limit,
 }
 
 /// Where a world writes what is seen: one row of columns. It must write all that it shows.

@@ -3,8 +3,9 @@
 use ivx_data::Columns;
 use ivx_op::{Ctx, OpError, State};
 
-use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use ivx_data::{Act, Actions, End};
 
 /// An action for each lane.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +108,7 @@ struct Lane {
 /// Worlds side by side. What chance decides in each depends on the seed, the stream, the lane and the episode alone.
 pub struct Lanes<'a> {
     ctx: Ctx<'a>,
-    stream: &'static str,
+    stream: &'a str,
     spec: Spec,
     each: Vec<Lane>,
     seen: Columns,
@@ -124,7 +125,7 @@ impl<'a> Lanes<'a> {
         env: &dyn Env,
         n: usize,
         ctx: &Ctx<'a>,
-        (stream, first): (&'static str, u64),
+        (stream, first): (&'a str, u64),
     ) -> Result<Self, OpError> {
         let spec = env.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
         let mut each = Vec::new();
@@ -148,6 +149,11 @@ impl<'a> Lanes<'a> {
         let mut all = Self { ctx: *ctx, stream, spec, each, seen, step, finished };
         (0..n).for_each(|lane| all.reset(lane));
         Ok(all)
+    }
+
+    /// Cuts episodes off after so many steps, if they are not before.
+    pub fn limit(&mut self, steps: u64) {
+        self.spec.limit = Some(self.spec.limit.map_or(steps, |limit| limit.min(steps)));
     }
 
     /// What the worlds show and take.

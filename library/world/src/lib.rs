@@ -36,16 +36,18 @@ pub use boxes::Boxes;
 pub use classic::{Acrobot, CartPole, Control, MountainCar, MountainCarContinuous, Pendulum};
 pub use coin_grid::{CoinGrid, Coins};
 pub use copy::Copying;
-pub use env::{Act, Actions, End, Env, Row, Spec, World};
+pub use env::{Env, Row, Spec, World};
 pub use examples::Examples;
 pub use finite::{
-    Chain, Finite, GoalWorld, Gridworld, Mdp, Transitions, mdp, of_is_finite, world_is_finite,
+    Chain, Finite, GoalWorld, Gridworld, Mdp, Transitions, mdp, of_is_finite, policy,
+    world_is_finite,
 };
 pub use glyphs::Glyphs;
 pub use grid::Grid;
 pub use grids::Grids;
 pub use interval::Interval;
 pub use intervals::Intervals;
+pub use ivx_data::{Act, Actions, End};
 pub use lanes::{Acts, Finished, Lanes, Step};
 pub use lottery::Discrete;
 pub use luck::Luck;

@@ -1,6 +1,7 @@
 //! How agents learn in worlds of any kind.
 
 mod a2c;
+mod bc;
 mod dqn;
 mod means;
 mod on_policy;
@@ -15,6 +16,7 @@ use ivx_op::{Ctx, OpError, Parts, Registry, State, family};
 use ivx_world::{Acts, Spec, Step};
 
 pub use a2c::A2c;
+pub use bc::Bc;
 pub use dqn::{Dqn, q_loss, q_target};
 pub use means::Means;
 pub use ppo::Ppo;
@@ -30,6 +32,8 @@ pub struct Setting<'a> {
     pub lanes: usize,
     /// How many steps there are in all, where that is known.
     pub steps: Option<u64>,
+    /// Or how many updates.
+    pub updates: Option<u64>,
 }
 
 /// A way to learn by acting, or from what others did.
@@ -42,6 +46,11 @@ pub trait Method: Debug + Send + Sync {
 
     /// How many bytes of memory it takes, about.
     fn memory(&self, spec: &Spec) -> u64;
+
+    /// Whether it learns by acting. Who does not makes an update for each step that it could take.
+    fn acts(&self) -> bool {
+        true
+    }
 
     /// An agent that has learned nothing yet.
     ///
@@ -86,6 +95,7 @@ fn methods() -> &'static Parts<dyn Method> {
             .with(|x: Dqn| Box::new(x))
             .with(|x: Ppo| Box::new(x))
             .with(|x: A2c| Box::new(x))
+            .with(|x: Bc| Box::new(x))
     });
     &TABLE
 }

@@ -17,8 +17,9 @@ pub use mountain_car::MountainCar;
 pub use mountain_car_continuous::MountainCarContinuous;
 pub use pendulum::Pendulum;
 
-use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use ivx_data::{Act, Actions, End};
 
 /// A system of classic control: where it starts, how it moves and what is seen of it.
 ///

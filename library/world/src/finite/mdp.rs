@@ -1,5 +1,6 @@
 //! Finite Markov decision processes.
 
+use ivx_data::pairs;
 use ivx_math::bellman::Model;
 use ivx_math::moments::real;
 use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare};
@@ -92,8 +93,8 @@ impl Mdp {
     /// The dimensions of what is said of each action in each state.
     #[must_use]
     pub fn pairs(&self) -> Vec<Dim> {
-        let names = self.actions.iter().map(|name| (*name).to_owned()).collect();
-        vec![self.states(), Dim::new("action", Labels::Names(names))]
+        let names: Vec<String> = self.actions.iter().map(|name| (*name).to_owned()).collect();
+        pairs(self.n_states(), &names)
     }
 
     /// The numbers of an array over states and actions.
@@ -101,17 +102,7 @@ impl Mdp {
     /// # Errors
     /// If it is over anything else.
     pub fn table<'a>(&self, x: &'a Array) -> Result<&'a [f64], OpError> {
-        if x.dims == self.pairs() {
-            return Ok(&x.values);
-        }
-        let found: Vec<String> =
-            x.dims.iter().map(|d| format!("{} `{}`", d.len(), d.name)).collect();
-        Err(OpError::Failed(format!(
-            "expected numbers over {} `state` and {} `action` of this environment, found {}",
-            self.n_states(),
-            self.n_actions(),
-            if found.is_empty() { "one number".to_owned() } else { found.join(" by ") }
-        )))
+        table(x, &self.pairs())
     }
 
     /// The probability of each action in each state.
@@ -119,16 +110,37 @@ impl Mdp {
     /// # Errors
     /// If the array is no policy in this environment.
     pub fn policy<'a>(&self, x: &'a Array) -> Result<&'a [f64], OpError> {
-        let policy = self.table(x)?;
-        for (s, row) in policy.chunks(self.n_actions()).enumerate() {
-            let total: f64 = row.iter().sum();
-            if row.iter().any(|p| !(0.0..).contains(p)) || (total - 1.0).abs() > 1e-9 {
-                let what = "are no distribution over the actions";
-                return Err(OpError::Failed(format!("the numbers {row:?} in state {s} {what}")));
-            }
-        }
-        Ok(policy)
+        policy(x, &self.pairs())
     }
+}
+
+fn table<'a>(x: &'a Array, pairs: &[Dim]) -> Result<&'a [f64], OpError> {
+    if x.dims == pairs {
+        return Ok(&x.values);
+    }
+    let found: Vec<String> = x.dims.iter().map(|d| format!("{} `{}`", d.len(), d.name)).collect();
+    Err(OpError::Failed(format!(
+        "expected numbers over {} `state` and {} `action` of this environment, found {}",
+        pairs[0].len(),
+        pairs[1].len(),
+        if found.is_empty() { "one number".to_owned() } else { found.join(" by ") }
+    )))
+}
+
+/// The probability of each action in each state, which are these.
+///
+/// # Errors
+/// If the array is no policy of them.
+pub fn policy<'a>(x: &'a Array, pairs: &[Dim]) -> Result<&'a [f64], OpError> {
+    let policy = table(x, pairs)?;
+    for (s, row) in policy.chunks(pairs[1].len()).enumerate() {
+        let total: f64 = row.iter().sum();
+        if row.iter().any(|p| !(0.0..).contains(p)) || (total - 1.0).abs() > 1e-9 {
+            let what = "are no distribution over the actions";
+            return Err(OpError::Failed(format!("the numbers {row:?} in state {s} {what}")));
+        }
+    }
+    Ok(policy)
 }
 
 declare! {

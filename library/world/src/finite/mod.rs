@@ -13,10 +13,11 @@ use ivx_op::{Facts, OpError, Wrong};
 pub use chain::Chain;
 pub use goal_world::GoalWorld;
 pub use gridworld::Gridworld;
-pub use mdp::{Mdp, Transitions};
+pub use mdp::{Mdp, Transitions, policy};
 
-use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use ivx_data::{Act, Actions, End};
 
 /// A finite Markov decision process, as a spec names it.
 pub trait Finite: Debug + Send + Sync {

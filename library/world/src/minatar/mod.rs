@@ -25,8 +25,9 @@ use freeway::Freeway;
 use seaquest::Seaquest;
 use space_invaders::SpaceInvaders;
 
-use crate::env::{Act, Actions, End, Env, Row, Spec, World};
+use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use ivx_data::{Act, Actions, End};
 
 declare! {
     /// A game of `MinAtar` (Young & Tian, 2019): `asterix`, `breakout`, `freeway`, `seaquest` or `space_invaders`, on

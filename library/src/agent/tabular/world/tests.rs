@@ -1,10 +1,10 @@
-use ivx_data::Episode;
+use ivx_data::{Episode, Rollouts};
 use ivx_nn::{Adam, Constant, Mlp, Optimiser, Params, Tanh};
 use ivx_op::{Artifact as _, Dim, One, Op as _};
 use ivx_world::{Chain, Env, Grid, Observe, Sinusoids};
 
 use super::*;
-use crate::agent::{Act, GreedyPolicy, UniformPolicy, ValueIteration};
+use crate::agent::tabular::{GreedyPolicy, UniformPolicy, ValueIteration, walked};
 
 const CTX: Ctx = Ctx::new("world", 1, None);
 
@@ -14,8 +14,7 @@ fn chain() -> Box<dyn Env> {
 
 fn walks(stream: &str) -> Rollouts {
     let policy = One(UniformPolicy { r#in: chain() }.run(&CTX).unwrap());
-    let stream = stream.to_owned();
-    Act { policy, r#in: chain(), episodes: 60, limit: 50, stream }.run(&CTX).unwrap()
+    walked(policy, chain(), (60, stream))
 }
 
 fn net() -> Box<dyn Net> {
@@ -114,7 +113,7 @@ fn paths_by_hand() {
     };
     let short = episode(&[1, 2], &[1], &[1.0]);
     let long = episode(&[0, 1, 0, 2], &[1, 0, 1], &[0.0, 0.5, 1.0]);
-    let of = Rollouts { n_states: 3, actions, episodes: vec![short, long] };
+    let of = Walks { n_states: 3, actions, episodes: vec![short, long] };
     let windows = Windows::new(&of, 2).unwrap();
     assert_eq!(windows.starts, [(1, 0), (1, 1)]);
     let graph = Graph::new(Params::default());
@@ -142,8 +141,8 @@ fn what_does_not_fit_says_so() {
     let (value, policy) = targets();
     let swapped = UnrolledErrors { of: model(), on: on(), value: policy, policy: value, unroll: 1 };
     assert!(why(swapped.run(&CTX)).contains("over `state` of"));
-    let fewer = Rollouts { n_states: 5, ..walks("test") };
-    let refused = ModelErrors { of: One(reconstruction(0, &CTX)), on: One(fewer) };
+    let fewer = Walks { n_states: 5, ..walks("test").walks().unwrap() };
+    let refused = ModelErrors { of: One(reconstruction(0, &CTX)), on: One(fewer.into()) };
     assert!(why(refused.run(&CTX)).starts_with("the model is of 4 states and 2 actions"));
 }
 

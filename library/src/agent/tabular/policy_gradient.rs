@@ -10,8 +10,8 @@ use ivx_math::returns::{Path, advantages, lambda_returns};
 use ivx_op::{Array, Ctx, Op, OpError, Parts, declare, family};
 use ivx_world::{Env, world_pays};
 
-use super::act::{Luck, episode};
 use super::estimate::along;
+use super::walk::{Luck, episode};
 
 /// Says how much better than expected the actions of an episode were.
 pub trait Critic: Debug + Send + Sync {
@@ -69,7 +69,7 @@ declare! {
     /// Values of the states, for critics that use them, go at a rate of their own towards what was received
     /// from there on, whatever `lambda` the critic has; an episode that was cut off goes on with the value
     /// of its last state.
-    pub struct PolicyGradient = "policy_gradient" @ 1, stochastic -> Array [state, action] {
+    pub struct PolicyGradient = "policy_gradient" @ 2, stochastic -> Array [state, action] {
         /// What advantages `A_t` are.
         by: Box<dyn Critic>;
         /// The environment.
@@ -98,7 +98,7 @@ impl Op for PolicyGradient {
         let mut policy = vec![1.0 / real(n); theta.len()];
         let mut values = vec![0.0; mdp.n_states()];
         for i in 0..self.episodes {
-            let mut luck = Luck::of(ctx, "main", i);
+            let mut luck = Luck::of(ctx, i);
             let e = episode(&mdp, self.limit, &mut luck, |s| &policy[s * n..][..n]);
             let before = along(&values, &e);
             let advantages = self.by.advantages(&e.rewards, &before, self.discount);

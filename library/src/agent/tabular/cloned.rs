@@ -8,12 +8,10 @@ use ivx_nn::Model;
 use ivx_op::{Array, Ctx, Facts, One, Op, OpError, Wrong, declare};
 use ivx_world::{Env, world_is_finite};
 
-use super::act::form;
-
 declare! {
     /// The policy that takes each action as probably as a classifier of demonstrations names it.
     pub struct ClonedPolicy = "cloned_policy" @ 1 -> Array [state, action] {
-        /// The classifier, trained on what `demonstrations` gives.
+        /// The classifier, trained on what `labelled_actions` gives.
         model: One<Model>;
         /// The environment.
         r#in: Box<dyn Env>;
@@ -30,6 +28,11 @@ fn model_of_env(facts: &Facts<'_>) -> Result<(), Wrong> {
         }
         _ => Ok(()),
     }
+}
+
+/// A state as a vector, and an action as a class.
+fn form(n_states: usize, n_actions: usize) -> Form {
+    Form { input: vec![n_states], target: Vec::new(), classes: Some(n_actions) }
 }
 
 fn fits(model: &Form, env: &Form) -> Result<(), Misfit> {

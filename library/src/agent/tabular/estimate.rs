@@ -90,14 +90,15 @@ declare! {
         /// How often it goes through the episodes.
         passes: usize = 1, in 1.0..=1e6;
     }
+    rule super::from_is_walked;
 }
 
 impl Op for EstimateValues {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let n_states = self.from.n_states;
-        let mut values = vec![0.0; n_states];
-        let mut n_moves = vec![0_usize; n_states];
-        for e in (0..self.passes).flat_map(|_| &self.from.episodes) {
+        let walks = self.from.walks()?;
+        let mut values = vec![0.0; walks.n_states];
+        let mut n_moves = vec![0_usize; walks.n_states];
+        for e in (0..self.passes).flat_map(|_| &walks.episodes) {
             let targets = self.by.targets(&e.rewards, &along(&values, e), self.discount);
             for (s, target) in e.states.iter().zip(targets) {
                 n_moves[*s] += 1;
@@ -105,7 +106,7 @@ impl Op for EstimateValues {
                 values[*s] += rate * (target - values[*s]);
             }
         }
-        Ok(Array::series(self.from.states(), values))
+        Ok(Array::series(walks.states(), values))
     }
 }
 
@@ -120,8 +121,9 @@ pub(super) fn along(values: &[f64], e: &Episode) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Act, PolicyValues};
+    use super::super::{PolicyValues, walked};
     use super::*;
+    use ivx_data::Walks;
     use ivx_math::bellman::expected_values;
     use ivx_world::Chain;
 
@@ -147,12 +149,10 @@ mod tests {
         let r#in = || Box::new(Chain { cells: 5, slip: 0.1, goal: true });
         let mdp = ivx_world::mdp(&*r#in()).unwrap();
         let policy = || One(Array { dims: mdp.pairs(), values: vec![0.5; 10] });
-        let ctx = Ctx::new("act", 0, None);
+        let ctx = Ctx::new("estimate", 0, None);
         let q = PolicyValues { policy: policy(), r#in: r#in(), discount: 0.9 };
         let exact = expected_values(&mdp.model(), &[0.5; 10], &q.run(&ctx).unwrap().values);
-        let stream = "main".to_owned();
-        let all = Act { policy: policy(), r#in: r#in(), episodes: 1000, limit: 500, stream };
-        let rollouts = all.run(&ctx).unwrap();
+        let rollouts = walked(policy(), r#in(), (1000, "main"));
         let apart = |by: Box<dyn Estimator>, rate| {
             let from = One(rollouts.clone());
             let found = EstimateValues { from, by, discount: 0.9, rate, passes: 4 }.run(&ctx);
@@ -178,7 +178,8 @@ mod tests {
             rewards: vec![2.0, 4.0],
             ended: true,
         };
-        let from = One(Rollouts { n_states: 2, actions: vec!["a".into()], episodes: vec![e] });
+        let walks = Walks { n_states: 2, actions: vec!["a".into()], episodes: vec![e] };
+        let from = One(Rollouts::from(walks));
         let by = Box::new(MonteCarlo {});
         let found = EstimateValues { from, by, discount: 0.5, rate: 0.0, passes: 1 };
         // Returns 2 + ½·4 = 4 and 4.

@@ -16,7 +16,7 @@ pub use partial::PartialModel;
 pub use process::{ProcessModel, ProcessValues};
 pub use reconstruction::ReconstructionModel;
 
-use ivx_data::Rollouts;
+use ivx_data::Walks;
 use ivx_nn::optim::Pull;
 use ivx_nn::{
     Curve, Graph, Layout, Live, Module, Net, Networks, Optimiser, Paths, Real as _, Rule, Shape,
@@ -39,7 +39,7 @@ pub(super) fn register(registry: Registry) -> Registry {
 const LATENT: [&str; 3] = ["representation", "dynamics", "reward"];
 
 /// A layout for the environment of some episodes, without networks.
-fn layout(of: &Rollouts, latent: usize) -> Layout {
+fn layout(of: &Walks, latent: usize) -> Layout {
     Layout { n_states: of.n_states, actions: of.actions.clone(), latent }
 }
 
@@ -97,7 +97,7 @@ fn trained(
 }
 
 /// Whether episodes are of the environment that a model is of.
-fn fits(model: &WorldModel, of: &Rollouts) -> Result<(), OpError> {
+fn fits(model: &WorldModel, of: &Walks) -> Result<(), OpError> {
     let Layout { n_states, actions, .. } = &model.layout;
     if (*n_states, actions) == (of.n_states, &of.actions) {
         return Ok(());
@@ -112,14 +112,14 @@ fn fits(model: &WorldModel, of: &Rollouts) -> Result<(), OpError> {
 
 /// Paths of `steps` steps within episodes: where each begins.
 struct Windows<'a> {
-    of: &'a Rollouts,
+    of: &'a Walks,
     steps: usize,
     /// The episode, and the place in it.
     starts: Vec<(usize, usize)>,
 }
 
 impl<'a> Windows<'a> {
-    fn new(of: &'a Rollouts, steps: usize) -> Result<Self, OpError> {
+    fn new(of: &'a Walks, steps: usize) -> Result<Self, OpError> {
         let within = of.episodes.iter().enumerate().flat_map(|(e, episode)| {
             (0..(episode.actions.len() + 1).saturating_sub(steps)).map(move |t| (e, t))
         });
@@ -194,7 +194,7 @@ fn hot(place: usize, width: usize, to: &mut Vec<f32>) {
 }
 
 /// The numbers of an array over the states that episodes are of, and over actions where `by_action`.
-fn table<'a>(x: &'a Array, of: &Rollouts, by_action: bool) -> Result<&'a [f64], OpError> {
+fn table<'a>(x: &'a Array, of: &Walks, by_action: bool) -> Result<&'a [f64], OpError> {
     let (wanted, over) = if by_action {
         (of.pairs(), "`state` and `action`")
     } else {

@@ -1,6 +1,6 @@
 //! Learning with a number for everything, by gradient descent (§C.2.1).
 
-use ivx_data::Rollouts;
+use ivx_data::{Rollouts, Walks};
 use ivx_math::moments::real;
 use ivx_math::tabular::probabilities;
 use ivx_nn::optim::Pull;
@@ -9,7 +9,7 @@ use ivx_op::{Array, Ctx, Dim, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
-use super::tabular_loss::{Steps, expected_sarsa_loss, reward_loss, transition_loss};
+use super::loss::{Steps, expected_sarsa_loss, reward_loss, transition_loss};
 
 macro_rules! tables {
     ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal [$($dim:ident),+] { $($own:tt)* })+) => {$(
@@ -31,12 +31,13 @@ macro_rules! tables {
                 /// And by its own resample of the steps, as many with replacement.
                 bootstrap: bool = false;
             }
+            rule super::from_is_walked;
         }
 
         impl $ty {
-            fn learning(&self) -> Learning<'_> {
+            fn learning<'a>(&'a self, from: &'a Walks) -> Learning<'a> {
                 Learning {
-                    from: &self.from.0,
+                    from,
                     optimiser: &*self.optimiser,
                     epochs: self.epochs,
                     batch: self.batch,
@@ -71,7 +72,8 @@ tables! {
 
 impl Op for TabularValues {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let dims = self.from.pairs();
+        let walks = self.from.walks()?;
+        let dims = walks.pairs();
         if self.policy.dims != dims {
             let why = "the policy is not over `state` and `action` of the episodes' environment";
             return Err(OpError::Failed(why.to_owned()));
@@ -80,20 +82,21 @@ impl Op for TabularValues {
         let loss = |graph: &Graph<f32>, tables: [ParamId; 2], steps: &Steps<f32>| {
             expected_sarsa_loss(graph, tables, self.discount, steps)
         };
-        let shape = [self.from.n_states, self.from.actions.len()];
-        let values = self.learning().table(shape, policy, ctx, loss)?;
+        let shape = [walks.n_states, walks.actions.len()];
+        let values = self.learning(&walks).table(shape, policy, ctx, loss)?;
         Ok(Array { dims, values })
     }
 }
 
 impl Op for TabularModel {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let (n, width) = (self.from.n_states, self.from.actions.len());
+        let walks = self.from.walks()?;
+        let (n, width) = (walks.n_states, walks.actions.len());
         let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps<f32>| {
             transition_loss(graph, table, steps)
         };
-        let logits = self.learning().table([n * width, n], Vec::new(), ctx, loss)?;
-        let mut dims = self.from.pairs();
+        let logits = self.learning(&walks).table([n * width, n], Vec::new(), ctx, loss)?;
+        let mut dims = walks.pairs();
         dims.push(Dim::new("next", dims[0].labels.clone()));
         Ok(Array { dims, values: probabilities(&logits, n) })
     }
@@ -104,15 +107,16 @@ impl Op for TabularRewards {
         let loss = |graph: &Graph<f32>, [table, _]: [ParamId; 2], steps: &Steps<f32>| {
             reward_loss(graph, table, steps)
         };
-        let n_pairs = self.from.n_states * self.from.actions.len();
-        let values = self.learning().table([n_pairs, 1], Vec::new(), ctx, loss)?;
-        Ok(Array { dims: self.from.pairs(), values })
+        let walks = self.from.walks()?;
+        let n_pairs = walks.n_states * walks.actions.len();
+        let values = self.learning(&walks).table([n_pairs, 1], Vec::new(), ctx, loss)?;
+        Ok(Array { dims: walks.pairs(), values })
     }
 }
 
 /// How a table is learned.
 struct Learning<'a> {
-    from: &'a Rollouts,
+    from: &'a Walks,
     optimiser: &'a dyn Optimiser,
     epochs: u64,
     batch: usize,
@@ -121,12 +125,12 @@ struct Learning<'a> {
 }
 
 impl Steps<f32> {
-    fn of(rollouts: &Rollouts) -> Self {
+    fn of(walks: &Walks) -> Self {
         let mut all = Self::default();
-        for e in &rollouts.episodes {
+        for e in &walks.episodes {
             for (t, (&action, &reward)) in e.actions.iter().zip(&e.rewards).enumerate() {
                 let ends = e.ended && t + 1 == e.actions.len();
-                let pair = e.states[t] * rollouts.actions.len() + action;
+                let pair = e.states[t] * walks.actions.len() + action;
                 all.states.push(f32::of(real(e.states[t])));
                 all.actions.push(f32::of(real(action)));
                 all.pairs.push(f32::of(real(pair)));
@@ -214,7 +218,7 @@ impl Learning<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Act, PolicyValues, UniformPolicy};
+    use super::super::{PolicyValues, UniformPolicy, walked};
     use super::*;
     use ivx_math::bellman::expected_values;
     use ivx_math::tabular::{Transition, most_likely, transition_counts};
@@ -232,8 +236,7 @@ mod tests {
     }
 
     fn walks(episodes: usize) -> One<Rollouts> {
-        let (policy, stream) = (even(), "main".to_owned());
-        One(Act { policy, r#in: chain(), episodes, limit: 60, stream }.run(&CTX).unwrap())
+        One(walked(even(), chain(), (episodes, "main")))
     }
 
     fn adam(lr: Box<dyn Schedule>) -> Box<dyn Optimiser> {
@@ -277,7 +280,8 @@ mod tests {
     #[test]
     fn the_likeliest_model_is_found() {
         let from = walks(200);
-        let steps = from.episodes.iter().flat_map(|e| {
+        let walks = from.walks().unwrap();
+        let steps = walks.episodes.iter().flat_map(|e| {
             (0..e.actions.len()).map(|t| Transition {
                 state: e.states[t],
                 action: e.actions[t],
@@ -321,7 +325,7 @@ mod tests {
         let (batch, member, bootstrap, epochs) = (0, 0, false, 5);
         let op = TabularRewards { from: walks(5), optimiser, epochs, batch, member, bootstrap };
         assert!(op.run(&CTX).unwrap_err().to_string().contains("diverged"));
-        let none = Rollouts { episodes: vec![], ..walks(0).0 };
+        let none = walks(0).0;
         let optimiser = falling();
         let op = TabularRewards { from: One(none), optimiser, epochs, batch, member, bootstrap };
         assert_eq!(op.run(&CTX).unwrap_err().to_string(), "there are no steps to learn from");

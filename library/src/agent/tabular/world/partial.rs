@@ -5,6 +5,7 @@ use ivx_nn::WorldModel;
 use ivx_nn::{Heads, Latent, Net, Optimiser, partial_losses};
 use ivx_op::{Array, Ctx, One, Op, OpError, Part, declare};
 
+use super::super::from_is_walked;
 use super::{LATENT, Training, Windows, layout, table, trained, untrained};
 
 declare! {
@@ -37,16 +38,16 @@ declare! {
         /// How many updates.
         steps: u64 = 1000, in 0.0..;
     }
+    rule from_is_walked;
 }
 
 impl Op for PartialModel {
     fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
-        let targets =
-            (table(&self.value, &self.from, false)?, table(&self.policy, &self.from, true)?);
+        let walks = self.from.walks()?;
+        let targets = (table(&self.value, &walks, false)?, table(&self.policy, &walks, true)?);
         let names = [&LATENT[..], &["value", "policy"]].concat();
-        let model =
-            untrained((layout(&self.from, self.latent), [].into()), &*self.net, &names, ctx)?;
-        let windows = Windows::new(&self.from, self.unroll)?;
+        let model = untrained((layout(&walks, self.latent), [].into()), &*self.net, &names, ctx)?;
+        let windows = Windows::new(&walks, self.unroll)?;
         let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
         let how = Training { optimiser, batch, steps };
         trained(model, windows.starts.len(), &how, ctx, |live, places| {

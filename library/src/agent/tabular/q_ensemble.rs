@@ -1,6 +1,6 @@
 //! Ensembles of action values (Example 2.9).
 
-use ivx_data::Rollouts;
+use ivx_data::{Rollouts, Walks};
 use ivx_math::order::max;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, Part, declare};
 use rand::RngExt as _;
@@ -34,6 +34,7 @@ declare! {
         /// Whether each member sees its own resample of the steps, as many with replacement.
         bootstrap: bool = true;
     }
+    rule super::from_is_walked;
 }
 
 /// One step: the pair of state and action, the reward, and the state that follows; none if it is terminal.
@@ -41,8 +42,9 @@ type Step = (usize, f64, Option<usize>);
 
 impl Op for QEnsemble {
     fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
-        let Rollouts { n_states, actions, .. } = &self.from.0;
-        let steps = steps(&self.from);
+        let walks = self.from.walks()?;
+        let (n_states, actions) = (walks.n_states, &walks.actions);
+        let steps = steps(&walks);
         let mut members: Vec<Vec<f64>> = Vec::new();
         let mut seen: Vec<Vec<Step>> = Vec::new();
         for k in 0..self.members {
@@ -63,17 +65,17 @@ impl Op for QEnsemble {
             }
         }
         let mut dims = vec![Dim::new("member", Labels::count(self.members))];
-        dims.extend(self.from.pairs());
+        dims.extend(walks.pairs());
         Ok(Array { dims, values: members.concat() })
     }
 }
 
-fn steps(rollouts: &Rollouts) -> Vec<Step> {
-    let of_one = rollouts.episodes.iter().flat_map(|e| {
+fn steps(walks: &Walks) -> Vec<Step> {
+    let of_one = walks.episodes.iter().flat_map(|e| {
         let last = if e.ended { e.actions.len() - 1 } else { usize::MAX };
         (0..e.actions.len()).map(move |t| {
             let next = if t == last { None } else { Some(e.states[t + 1]) };
-            (e.states[t] * rollouts.actions.len() + e.actions[t], e.rewards[t], next)
+            (e.states[t] * walks.actions.len() + e.actions[t], e.rewards[t], next)
         })
     });
     of_one.collect()
@@ -117,7 +119,7 @@ impl Op for EnsemblePolicy {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Act, UniformPolicy, ValueIteration};
+    use super::super::{UniformPolicy, ValueIteration, walked};
     use super::*;
     use crate::ke::{Bcm, Ma, Wcm};
     use ivx_data::Episode;
@@ -125,9 +127,9 @@ mod tests {
 
     const CTX: Ctx = Ctx::new("q_ensemble", 2, None);
 
-    fn ensemble(from: Rollouts, passes: usize, members: usize, bootstrap: bool) -> Array {
+    fn ensemble(from: Walks, passes: usize, members: usize, bootstrap: bool) -> Array {
         let (target, discount, rate, init) = (Box::new(Ma {}), 0.9, 0.5, 1.0);
-        let from = One(from);
+        let from = One(from.into());
         let all = QEnsemble { from, members, target, discount, rate, passes, init, bootstrap };
         all.run(&CTX).unwrap()
     }
@@ -136,10 +138,9 @@ mod tests {
         Box::new(Chain { cells: 4, slip: 0.0, goal: true })
     }
 
-    fn tried() -> Rollouts {
+    fn tried() -> Walks {
         let policy = One(UniformPolicy { r#in: chain() }.run(&CTX).unwrap());
-        let stream = "main".to_owned();
-        Act { policy, r#in: chain(), episodes: 100, limit: 50, stream }.run(&CTX).unwrap()
+        walked(policy, chain(), (100, "main")).walks().unwrap()
     }
 
     #[test]
@@ -159,7 +160,7 @@ mod tests {
     fn what_was_never_tried_stays_where_it_started() {
         let e = Episode { states: vec![2, 3], actions: vec![1], rewards: vec![1.0], ended: true };
         let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
-        let from = || Rollouts { n_states: 4, actions: actions.clone(), episodes: vec![e.clone()] };
+        let from = || Walks { n_states: 4, actions: actions.clone(), episodes: vec![e.clone()] };
         let (before, after) = (ensemble(from(), 0, 4, true), ensemble(from(), 50, 4, true));
         for k in 0..4 {
             let (before, after) = (&before.values[8 * k..][..8], &after.values[8 * k..][..8]);
@@ -171,7 +172,7 @@ mod tests {
         assert_eq!(before.values[8..16], ensemble(from(), 0, 9, true).values[8..16]);
         // A step that pays now 1 and now nothing: whose resample ends with which differs.
         let idle = Episode { rewards: vec![0.0], ..e.clone() };
-        let both = || Rollouts {
+        let both = || Walks {
             episodes: (0..4).flat_map(|_| [e.clone(), idle.clone()]).collect(),
             ..from()
         };

@@ -5,6 +5,7 @@ use ivx_nn::WorldModel;
 use ivx_nn::{Graph, Heads, Latent, Live, Var, partial_losses};
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 
+use super::super::on_is_walked;
 use super::reconstruction::transitions;
 use super::{Windows, fits, table};
 
@@ -17,17 +18,19 @@ declare! {
         /// The episodes.
         on: One<Rollouts>;
     }
+    rule on_is_walked;
 }
 
 impl Op for ModelErrors {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        fits(&self.of, &self.on)?;
+        let walks = self.on.walks()?;
+        fits(&self.of, &walks)?;
         let live = Live::of(&self.of.nets);
         let graph = &live.graph;
         let reconstruction = live.get("reconstruction").ok_or_else(|| {
             OpError::Failed("the model rebuilds no states: use `unrolled_errors`".to_owned())
         })?;
-        let windows = Windows::new(&self.on, 1)?;
+        let windows = Windows::new(&walks, 1)?;
         let places: Vec<usize> = (0..windows.starts.len()).collect();
         let squares = |a: Var, b: Var| {
             scalar(graph, graph.mean(graph.sum_items(graph.square(graph.sub(a, b)))))
@@ -66,20 +69,22 @@ declare! {
         /// The most steps.
         unroll: usize = 5, in 0.0..=1e3, unit "steps";
     }
+    rule on_is_walked;
 }
 
 impl Op for UnrolledErrors {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        fits(&self.of, &self.on)?;
+        let walks = self.on.walks()?;
+        fits(&self.of, &walks)?;
         let live = Live::of(&self.of.nets);
         let graph = &live.graph;
         let (Some(value), Some(policy)) = (live.get("value"), live.get("policy")) else {
             let why = "the model predicts no values: use `model_errors`";
             return Err(OpError::Failed(why.to_owned()));
         };
-        let targets = (table(&self.value, &self.on, false)?, table(&self.policy, &self.on, true)?);
+        let targets = (table(&self.value, &walks, false)?, table(&self.policy, &walks, true)?);
         // One more, for the reward after the last.
-        let windows = Windows::new(&self.on, self.unroll + 1)?;
+        let windows = Windows::new(&walks, self.unroll + 1)?;
         let places: Vec<usize> = (0..windows.starts.len()).collect();
         let losses = graph.still(|| {
             let paths = windows.paths(graph, &places, targets);

@@ -1,27 +1,33 @@
 //! Episodes that never come to some states.
 
-use ivx_data::{Episode, Rollouts};
-use ivx_op::{Ctx, One, Op, OpError, declare};
+use ivx_data::{Episode, Rollouts, Walks};
+use ivx_op::{Ctx, Facts, One, Op, OpError, Shapes, declare};
 
 declare! {
     /// Episodes without the steps from and to some states, such as those that should stay out of the training
     /// distribution (§C.1.2). What lies before and behind them are episodes of their own, that were cut off.
-    pub struct WithoutStates = "without_states" @ 1 -> Rollouts {
+    pub struct WithoutStates = "without_states" @ 2 -> Rollouts {
         /// The episodes.
         of: One<Rollouts>;
         /// The states, by number.
         states: Vec<usize>, in 0.0..;
     }
+    rule super::of_is_walked;
+    shapes of_episodes;
+}
+
+fn of_episodes(facts: &Facts<'_>) -> Option<Shapes> {
+    facts.shapes("of").cloned()
 }
 
 impl Op for WithoutStates {
     fn run(&self, _: &Ctx) -> Result<Rollouts, OpError> {
-        let Rollouts { n_states, actions, episodes } = &self.of.0;
-        if let Some(state) = self.states.iter().find(|state| *state >= n_states) {
+        let Walks { n_states, actions, episodes } = self.of.walks()?;
+        if let Some(state) = self.states.iter().find(|state| **state >= n_states) {
             return Err(OpError::Failed(format!("there is no state {state} among {n_states}")));
         }
         let pieces = episodes.iter().flat_map(|episode| pieces(episode, &self.states));
-        Ok(Rollouts { n_states: *n_states, actions: actions.clone(), episodes: pieces.collect() })
+        Ok(Walks { n_states, actions, episodes: pieces.collect() }.into())
     }
 }
 

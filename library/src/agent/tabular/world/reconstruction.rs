@@ -5,6 +5,7 @@ use ivx_nn::WorldModel;
 use ivx_nn::{Graph, Latent, Net, Optimiser, Real as _, Shape, Transitions, reconstruction_losses};
 use ivx_op::{Ctx, One, Op, OpError, Part, declare};
 
+use super::super::from_is_walked;
 use super::{LATENT, Training, Windows, hot, layout, trained, untrained};
 
 declare! {
@@ -33,14 +34,15 @@ declare! {
         /// How many updates.
         steps: u64 = 1000, in 0.0..;
     }
+    rule from_is_walked;
 }
 
 impl Op for ReconstructionModel {
     fn run(&self, ctx: &Ctx) -> Result<WorldModel, OpError> {
+        let walks = self.from.walks()?;
         let names = [&LATENT[..], &["reconstruction"]].concat();
-        let model =
-            untrained((layout(&self.from, self.latent), [].into()), &*self.net, &names, ctx)?;
-        let windows = Windows::new(&self.from, 1)?;
+        let model = untrained((layout(&walks, self.latent), [].into()), &*self.net, &names, ctx)?;
+        let windows = Windows::new(&walks, 1)?;
         let (optimiser, batch, steps) = (&*self.optimiser, self.batch, self.steps);
         let how = Training { optimiser, batch, steps };
         trained(model, windows.starts.len(), &how, ctx, |live, places| {

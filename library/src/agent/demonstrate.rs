@@ -1,0 +1,97 @@
+//! What others did, for somebody to learn from.
+
+use ivx_data::form::{failed, wrong};
+use ivx_data::{Dataset, Demonstrations, Form, Rollouts, Values, shown_by};
+use ivx_op::{Ctx, Facts, One, Op, OpError, Shapes, Wrong, declare};
+
+use super::agent::sight;
+
+declare! {
+    /// What somebody saw and did in some episodes, without what they paid (§4.2).
+    pub struct Demonstrate = "demonstrations" @ 2 -> Demonstrations {
+        /// The episodes.
+        of: One<Rollouts>;
+    }
+    shapes of_rollouts;
+}
+
+fn of_rollouts(facts: &Facts<'_>) -> Option<Shapes> {
+    facts.shapes("of").cloned()
+}
+
+impl Op for Demonstrate {
+    fn run(&self, _: &Ctx) -> Result<Demonstrations, OpError> {
+        let paths = self.of.paths.clone();
+        let whose = vec![0; paths.episodes.len()];
+        Ok(Demonstrations { paths, names: vec![String::new()], whose })
+    }
+}
+
+declare! {
+    /// What was done in each state that was seen (Eqn. 2.23), for a classifier to learn from: inputs are what was seen,
+    /// with a 1 in the place of one of so many, and targets are actions.
+    pub struct LabelledActions = "labelled_actions" @ 1 -> Dataset {
+        /// What was seen and done.
+        of: One<Demonstrations>;
+    }
+    rule are_discrete;
+    shapes of_actions;
+}
+
+fn are_discrete(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let Some((_, does)) = facts.shapes("of").and_then(shown_by) else { return Ok(()) };
+    does.n_discrete().map(drop).map_err(wrong("of"))
+}
+
+fn of_actions(facts: &Facts<'_>) -> Option<Shapes> {
+    let (sees, does) = shown_by(facts.shapes("of")?)?;
+    let (input, n) = (sight(&sees), does.n_discrete().ok()?);
+    Some(Form { input, target: Vec::new(), classes: Some(n) }.shapes())
+}
+
+impl Op for LabelledActions {
+    fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
+        let paths = &self.of.paths;
+        let n = paths.does.n_discrete().map_err(failed)?;
+        let Values::Index(acts) = paths.acts.values(0) else { unreachable!("it is discrete") };
+        let rows = seen_before(&self.of);
+        let mut seen = vec![0.0_f32; rows.len() * paths.seen.width()];
+        paths.seen.spread_rows(&rows, &mut seen);
+        let input = sight(paths.seen.fields());
+        Ok(Dataset {
+            form: Form { input, target: Vec::new(), classes: Some(n) },
+            x: seen.into_iter().map(f64::from).collect(),
+            y: acts.iter().map(|act| f64::from(*act)).collect(),
+        })
+    }
+}
+
+/// The row of what was seen before each step.
+pub(super) fn seen_before(of: &Demonstrations) -> Vec<usize> {
+    of.paths.each().flat_map(|(seen, _, steps, _)| seen..seen + steps).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ivx_data::{Episode, Walks};
+
+    #[test]
+    fn rewards_stay_behind_and_states_are_ones() {
+        let e = Episode {
+            states: vec![1, 0, 1, 2],
+            actions: vec![0, 1, 1],
+            rewards: vec![1.0, 0.0, 2.0],
+            ended: true,
+        };
+        let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
+        let walks = Walks { n_states: 3, actions, episodes: vec![e.clone(), e] };
+        let ctx = Ctx::new("demonstrations", 0, None);
+        let shown = Demonstrate { of: One(Rollouts::from(walks)) }.run(&ctx).unwrap();
+        assert_eq!((shown.whose.len(), seen_before(&shown)), (2, vec![0, 1, 2, 4, 5, 6]));
+        let data = LabelledActions { of: One(shown) }.run(&ctx).unwrap();
+        assert_eq!(data.y, [0.0, 1.0, 1.0].repeat(2));
+        assert_eq!(data.x, [0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].repeat(2));
+        assert_eq!((data.form.input, data.form.classes), (vec![3], Some(2)));
+    }
+}

@@ -1,0 +1,45 @@
+//! Where agents were.
+
+use ivx_data::Rollouts;
+use ivx_op::{Array, Ctx, One, Op, OpError, declare};
+
+declare! {
+    /// How often each action was taken in each state.
+    pub struct Visits = "visits" @ 2 -> Array [state, action] {
+        /// The episodes.
+        of: One<Rollouts>;
+    }
+    rule super::of_is_walked;
+}
+
+impl Op for Visits {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let walks = self.of.walks()?;
+        let width = walks.actions.len();
+        let mut values = vec![0.0; walks.n_states * width];
+        for (state, action) in walks.episodes.iter().flat_map(|e| e.states.iter().zip(&e.actions)) {
+            values[state * width + action] += 1.0;
+        }
+        Ok(Array { dims: walks.pairs(), values })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ivx_data::{Episode, Walks};
+
+    #[test]
+    fn every_step_is_counted() {
+        let e = Episode {
+            states: vec![1, 0, 1, 2],
+            actions: vec![0, 1, 1],
+            rewards: vec![1.0, 0.0, 2.0],
+            ended: true,
+        };
+        let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
+        let of = One(Rollouts::from(Walks { n_states: 3, actions, episodes: vec![e] }));
+        let found = Visits { of }.run(&Ctx::new("visits", 0, None)).unwrap();
+        assert_eq!(found.values, [0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    }
+}
