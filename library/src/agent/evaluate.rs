@@ -92,7 +92,7 @@ pub(crate) fn drive(
         rng.set_word_pos(0);
         let (seen, acts) = lanes.choose();
         actor.act(seen, &mut rng, acts);
-        let step = lanes.step();
+        let step = lanes.step()?;
         for (i, (sum, told)) in run.told.iter_mut().zip(&step.told).enumerate() {
             *sum += if open[i / width] { f64::from(*told) } else { 0.0 };
         }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::finite::Finite;
 use crate::luck::Luck;
+use crate::worlds::Worlds;
 
 /// What a world shows and takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -213,6 +214,15 @@ pub trait Env: Debug + Send + Sync {
     /// # Errors
     /// If there can be none.
     fn open(&self) -> Result<Box<dyn World>, OpError>;
+
+    /// `n` worlds that are stepped together: by default each on its own.
+    ///
+    /// # Errors
+    /// If there can be none.
+    fn open_all(&self, n: usize) -> Result<Box<dyn Worlds>, OpError> {
+        let worlds: Result<Vec<_>, _> = (0..n).map(|_| self.open()).collect();
+        Ok(Box::new(worlds?))
+    }
 
     /// Itself, where it is a table of states.
     fn finite(&self) -> Option<&dyn Finite> {
