@@ -104,7 +104,7 @@ fn append(to: &mut Rollouts, lane: usize, step: &Step) {
     step.acts.get(lane).append(&mut paths.acts);
     paths.episodes[0].0 += 1;
     paths.episodes[0].1 = step.ends[lane];
-    to.rewards.push(f64::from(step.rewards[lane]));
+    to.rewards.push(step.rewards[lane]);
     let width = to.tells.len();
     to.told.extend(&step.told[lane * width..][..width]);
 }

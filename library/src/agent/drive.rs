@@ -49,7 +49,7 @@ impl<'a> Drive<'a> {
             rng.set_word_pos(0);
             let (seen, acts) = lanes.choose();
             actor.act(seen, rng, acts);
-            let step = lanes.step();
+            let step = lanes.step()?;
             open.iter().for_each(|lane| see(*lane, step));
             let over: Vec<usize> = lanes.finished().map(|episode| episode.lane).collect();
             over.iter().for_each(|lane| lanes.rest(*lane));

@@ -72,7 +72,7 @@ pub(crate) fn measure<'a>(
     drive.run((actor, &mut rng), ctx, look, |lane, step| {
         let width = step.told.len() / trials;
         run.told.resize(trials * width, 0.0);
-        run.returns[lane] += f64::from(step.rewards[lane]);
+        run.returns[lane] += step.rewards[lane];
         run.lengths[lane] += 1.0;
         let told = run.told[lane * width..].iter_mut().zip(&step.told[lane * width..][..width]);
         told.for_each(|(sum, told)| *sum += f64::from(*told));

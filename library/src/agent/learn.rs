@@ -151,8 +151,8 @@ impl Op for Learn {
         let spec = self.r#in.spec().map_err(failed)?;
         self.how.fits(&spec).map_err(failed)?;
         let mut run = Run::begin(self, &spec, ctx)?;
-        if let Some(bytes) = ctx.resume() {
-            State::restore(&bytes, |state| run.walk(state));
+        if ctx.resume().is_some_and(|bytes| State::restore(&bytes, |state| run.walk(state))) {
+            run.lanes.catch_up()?;
         }
         run.finish(ctx)?;
         Ok(run.learned())
@@ -238,7 +238,7 @@ impl<'a> Run<'a> {
                 break;
             }
             ctx.checkpoint(|| self.kept())?;
-            self.turn();
+            self.turn()?;
             ctx.tell(self.done(), self.total, || {
                 let last = self.learning.losses().last();
                 let played = &self.played[self.played.len().saturating_sub(RECENT)..];
@@ -252,15 +252,16 @@ impl<'a> Run<'a> {
     }
 
     /// A step of every world, and what is learned of it.
-    fn turn(&mut self) {
+    fn turn(&mut self) -> Result<(), OpError> {
         if self.op.how.acts() {
             let (seen, acts) = self.lanes.choose();
             self.learning.act(self.steps, seen, acts);
-            self.learning.see(self.lanes.step());
+            self.learning.see(self.lanes.step()?);
             self.played.extend(self.lanes.finished().map(|episode| episode.payoff));
         }
         self.steps += self.lanes.len() as u64;
         self.learning.learn(self.steps);
+        Ok(())
     }
 
     fn measure_if_due(&mut self, ctx: &Ctx<'a>) -> Result<(), OpError> {

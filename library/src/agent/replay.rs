@@ -118,7 +118,7 @@ impl Replay {
                 End::Terminal => TERMINAL,
                 End::Limit => CUT,
             };
-            self.write(lane, &step.before, (act, step.rewards[lane], end));
+            self.write(lane, &step.before, (act, f32::of(step.rewards[lane]), end));
             if end == CUT {
                 self.write(lane, &step.after, (0, 0.0, LAST));
             }
@@ -344,7 +344,7 @@ mod tests {
         Step {
             before: seen(t),
             acts,
-            rewards: vec![f32::from(t).exp2()],
+            rewards: vec![f64::from(t).exp2()],
             after: seen(t + 1),
             ends: vec![end],
             told: Vec::new(),

@@ -2,10 +2,13 @@
 
 use std::sync::Mutex;
 
-use ivx_library::agent::{Learn, Learned, Method, Span};
+use ivx_library::agent::{Act, Demonstrate, Learn, Learned, Method, Span, Tabular};
 use ivx_math::moments::mean;
-use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, Op as _, OpError, Part, Progress};
-use ivx_world::Env;
+use ivx_op::{
+    Array, Artifact as _, Ctx, Gathered, Held, Lit, Literal as _, One, Op as _, OpError, Part,
+    Progress,
+};
+use ivx_world::{Chain, Env};
 
 fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, usize)) -> Learn {
     let registry = ivx_library::registry();
@@ -36,9 +39,25 @@ fn dqn() -> Part {
         .with("optimiser", rate(3e-3))
 }
 
-/// What is won after learning to walk a chain of ten cells, where an even walk takes about ninety steps and the best
-/// takes five.
-fn steps_to_goal(how: &Part, lanes: usize) -> f64 {
+/// Cloning somebody who goes right in four of five steps through a chain of ten cells.
+fn bc() -> Part {
+    let env = || Box::new(Chain { cells: 10, slip: 0.1, goal: true });
+    let dims = ivx_world::mdp(&*(env() as Box<dyn Env>)).expect("a table").pairs();
+    let policy = One(Array { dims, values: [0.2, 0.8].repeat(10) });
+    let (actor, stream) = (Box::new(Tabular { policy }), "main".to_owned());
+    let act = Act { actor, r#in: env(), episodes: 300, limit: 0, stream };
+    let of = One(act.run(&Ctx::new("act", 1, None)).expect("it acts"));
+    let shown = Demonstrate { of }.run(&Ctx::new("demonstrations", 1, None)).expect("they are");
+    let values = vec![shown.encode().into()];
+    let held = Gathered { dims: Vec::new(), values, name: String::new() };
+    Part::new("bc")
+        .with("shown", Lit::Held(Held::Value(held)))
+        .with("net", Part::new("mlp").with("hidden", vec![32_i64]))
+}
+
+/// The mean length of the episodes that an agent walks in a chain of ten cells after so many steps of learning, where an
+/// even walk takes about ninety and the best takes five; and how often it goes right.
+fn walks_to_goal(how: &Part, lanes: usize) -> (f64, f64) {
     let env = Part::new("chain").with("cells", 10_i64);
     let run =
         learn(how, &env, 4000, (0, lanes)).run(&Ctx::new("learn", 1, None)).expect("it learns");
@@ -47,15 +66,18 @@ fn steps_to_goal(how: &Part, lanes: usize) -> f64 {
     let mut lanes = ivx_world::Lanes::open(&*env, 20, &ctx, ("evaluate", 0)).expect("worlds");
     let mut acting = agent.open();
     let mut rng = ctx.rng("act", &[]);
-    let mut lengths = Vec::new();
-    for _ in 0..400 {
+    let (mut lengths, mut rights) = (Vec::new(), Vec::new());
+    for t in 0..400 {
         let (seen, acts) = lanes.choose();
+        rng.set_stream(t);
         acting.act(seen, &mut rng, acts);
-        lanes.step();
+        #[expect(clippy::cast_precision_loss, reason = "it is 0 or 1")]
+        rights.extend(acts.places.iter().map(|act| *act as f64));
+        lanes.step().expect("they go on");
         #[expect(clippy::cast_precision_loss, reason = "episodes are short")]
         lengths.extend(lanes.finished().map(|episode| episode.length as f64));
     }
-    mean(&lengths)
+    (mean(&lengths), mean(&rights))
 }
 
 #[test]
@@ -72,10 +94,17 @@ fn every_method_learns_to_walk() {
         ("ppo", on_policy("ppo"), 8),
         ("ppo, shared", on_policy("ppo").with("shared", true), 8),
         ("a2c", on_policy("a2c"), 8),
+        ("bc", bc(), 1),
     ] {
-        let took = steps_to_goal(&how, lanes);
+        let (took, _) = walks_to_goal(&how, lanes);
         assert!(took < 8.0, "{name} takes {took} steps");
     }
+}
+
+#[test]
+fn a_clone_acts_as_often_as_who_was_cloned() {
+    let (took, right) = walks_to_goal(&bc().with("greedy", false), 1);
+    assert!((right - 0.8).abs() < 0.03 && took > 6.0, "{right} right, {took} steps");
 }
 
 /// Stops a computation after so many checks, and keeps what it says.
@@ -132,7 +161,9 @@ fn who_is_stopped_at_any_moment_ends_in_the_same_bytes() {
         .with("hidden", vec![8_i64]);
     let ppo = small("ppo").with("n_steps", 16_i64);
     let dqn = small("dqn").with("warm_up", 64_i64).with("replay", 300_i64);
+    let chain = Part::new("chain").with("cells", 10_i64);
     for (how, env, lanes) in [
+        (bc().with("batch", 7_i64), &chain, 1),
         (dqn.clone().with("net", torso.clone()), &game, 1),
         (dqn.with("n_step", 3_i64).with("double", true), &cart, 4),
         (ppo, &cart, 8),
@@ -143,6 +174,6 @@ fn who_is_stopped_at_any_moment_ends_in_the_same_bytes() {
         let gaps = (0_u64..).map(|i| 1 + (i * 7919) % 97);
         let (other, stops) = interrupted(&op, gaps);
         assert!(stops > 2, "{stops} stops");
-        assert!(whole.encode() == other.encode(), "{how} after {stops} stops");
+        assert!(whole.encode() == other.encode(), "{} after {stops} stops", how.name);
     }
 }

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use ivx_data::Columns;
-use ivx_world::{Act, Actions, End, Env, Luck, Minatar, Row};
+use ivx_op::Ctx;
+use ivx_world::{Act, Actions, CartPole, End, Env, Lanes, Luck, Minatar, Row};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
@@ -16,6 +17,32 @@ fn main() {
         let world = Minatar { game: game.to_owned(), sticky: 0.1, ramping: true, limit: 10_000 };
         report(&format!("minatar {game}"), &world);
     }
+    for n in [1, 8, 64] {
+        let game =
+            Minatar { game: "breakout".to_owned(), sticky: 0.1, ramping: true, limit: 10_000 };
+        report_lanes("cart_pole", &CartPole {}, n);
+        report_lanes("minatar breakout", &game, n);
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "a benchmark tells what it measured")]
+fn report_lanes(name: &str, env: &dyn Env, n: u32) {
+    let ctx = Ctx::new("learn", 0, None);
+    let mut lanes = Lanes::open(env, n as usize, &ctx, ("learn", 0)).expect("worlds");
+    let n_actions = u32::try_from(lanes.spec().does.n_discrete().expect("discrete")).expect("few");
+    let mut choices = Luck::from(ChaCha8Rng::seed_from_u64(1));
+    let times = (0..TIMES).map(|_| {
+        let start = Instant::now();
+        for _ in 0..STEPS / n {
+            let (_, acts) = lanes.choose();
+            acts.places.iter_mut().for_each(|place| *place = choices.below(n_actions) as usize);
+            lanes.step().expect("they go on");
+            lanes.finished();
+        }
+        start.elapsed().as_secs_f64()
+    });
+    let fastest = times.fold(f64::INFINITY, f64::min);
+    println!("{n} lanes of {name}: {:.2} M steps/s", f64::from(STEPS) / fastest / 1e6);
 }
 
 #[expect(clippy::print_stdout, reason = "a benchmark tells what it measured")]

@@ -67,12 +67,10 @@ fn colours_are_paid_for(facts: &Facts<'_>) -> Result<(), Wrong> {
 }
 
 /// What coins pay, in the order of [`Coins::coins`].
-fn task(pays: &[f64]) -> Result<[f32; 3], Misfit> {
-    #[expect(clippy::cast_possible_truncation, reason = "rewards are seen in single precision")]
-    let single = |pays: f64| pays as f32;
+fn task(pays: &[f64]) -> Result<[f64; 3], Misfit> {
     match *pays {
-        [red, green] => Ok([single(green), single(red), 0.0]),
-        [red, green, yellow] => Ok([single(green), single(red), single(yellow)]),
+        [red, green] => Ok([green, red, 0.0]),
+        [red, green, yellow] => Ok([green, red, yellow]),
         _ => Err(Misfit::new(
             format!(
                 "coins are red, green and yellow, and {} numbers say what they pay",
@@ -210,7 +208,7 @@ impl Places {
 
 /// A grid while its coins are collected.
 struct Collecting {
-    pays: [f32; 3],
+    pays: [f64; 3],
     coins: usize,
     walls: usize,
     state: Coins,
@@ -223,11 +221,12 @@ impl World for Collecting {
         row.told().fill(0.0);
     }
 
-    fn step(&mut self, act: Act<'_>, _: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+    fn step(&mut self, act: Act<'_>, _: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
         let collected = self.state.step(act.index()).map(|one| f32::from(u8::from(one)));
         self.state.show(row.bytes(0));
         row.told().copy_from_slice(&collected);
-        let reward = collected.iter().zip(self.pays).map(|(one, pays)| one * pays).sum();
+        let reward =
+            collected.iter().zip(self.pays).map(|(one, pays)| f64::from(*one) * pays).sum();
         (reward, if self.state.coins == [0; 3] { End::Terminal } else { End::No })
     }
 }
@@ -379,7 +378,7 @@ mod tests {
                     break;
                 }
             }
-            assert_eq!(return_, got[1] - got[0]);
+            assert_eq!(return_, f64::from(got[1] - got[0]));
         }
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::finite::Finite;
 use crate::luck::Luck;
+use crate::worlds::Worlds;
 
 /// What a world shows and takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,7 +101,7 @@ pub trait World: Send {
     /// an episode that is over too.
     ///
     /// The limit of [`Spec`] is counted by whoever steps it.
-    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f32, End);
+    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End);
 }
 
 /// An environment, as a spec names it.
@@ -116,6 +117,15 @@ pub trait Env: Debug + Send + Sync {
     /// # Errors
     /// If there can be none.
     fn open(&self) -> Result<Box<dyn World>, OpError>;
+
+    /// `n` worlds that are stepped together: by default each on its own.
+    ///
+    /// # Errors
+    /// If there can be none.
+    fn open_all(&self, n: usize) -> Result<Box<dyn Worlds>, OpError> {
+        let worlds: Result<Vec<_>, _> = (0..n).map(|_| self.open()).collect();
+        Ok(Box::new(worlds?))
+    }
 
     /// Itself, where it is a table of states.
     fn finite(&self) -> Option<&dyn Finite> {

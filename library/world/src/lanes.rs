@@ -3,8 +3,9 @@
 use ivx_data::Columns;
 use ivx_op::{Ctx, OpError, State};
 
-use crate::env::{Env, Row, Spec, World};
+use crate::env::{Env, Spec};
 use crate::luck::Luck;
+use crate::worlds::Worlds;
 use ivx_data::{Act, Actions, End};
 
 /// An action for each lane.
@@ -73,7 +74,7 @@ pub struct Step {
     /// What was done.
     pub acts: Acts,
     /// What was paid.
-    pub rewards: Vec<f32>,
+    pub rewards: Vec<f64>,
     /// What was seen after it, of episodes that are over too.
     pub after: Columns,
     /// Which episodes are over.
@@ -94,15 +95,11 @@ pub struct Finished {
 }
 
 struct Lane {
-    world: Box<dyn World>,
-    luck: Luck,
     episode: u64,
     length: u64,
     payoff: f64,
     /// The actions of the episode so far.
     acts: Vec<u8>,
-    /// Whether it is left as it is.
-    rests: bool,
 }
 
 /// Worlds side by side. What chance decides in each depends on the seed, the stream, the lane and the episode alone.
@@ -110,7 +107,13 @@ pub struct Lanes<'a> {
     ctx: Ctx<'a>,
     stream: &'a str,
     spec: Spec,
+    worlds: Box<dyn Worlds>,
+    luck: Vec<Luck>,
     each: Vec<Lane>,
+    /// The lanes that go on, in order.
+    awake: Vec<usize>,
+    /// Those whose episode was over just now.
+    over: Vec<usize>,
     seen: Columns,
     step: Step,
     finished: Vec<Finished>,
@@ -128,14 +131,8 @@ impl<'a> Lanes<'a> {
         (stream, first): (&'a str, u64),
     ) -> Result<Self, OpError> {
         let spec = env.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
-        let mut each = Vec::new();
-        for lane in 0..n {
-            let luck = Luck::of(ctx, stream, lane as u64, first);
-            let world = env.open()?;
-            let (length, payoff, acts) = (0, 0.0, Vec::new());
-            let (episode, rests) = (first, false);
-            each.push(Lane { world, luck, episode, length, payoff, acts, rests });
-        }
+        let worlds = env.open_all(n)?;
+        let lane = |_| Lane { episode: first, length: 0, payoff: 0.0, acts: Vec::new() };
         let rows = || Columns::zeros(spec.sees.clone(), n);
         let step = Step {
             before: rows(),
@@ -145,9 +142,20 @@ impl<'a> Lanes<'a> {
             ends: vec![End::No; n],
             told: vec![0.0; n * spec.tells.len()],
         };
-        let (seen, finished) = (rows(), Vec::new());
-        let mut all = Self { ctx: *ctx, stream, spec, each, seen, step, finished };
-        (0..n).for_each(|lane| all.reset(lane));
+        let mut all = Self {
+            ctx: *ctx,
+            stream,
+            worlds,
+            luck: (0..n).map(|lane| Luck::of(ctx, stream, lane as u64, first)).collect(),
+            each: (0..n).map(lane).collect(),
+            awake: (0..n).collect(),
+            over: Vec::new(),
+            seen: rows(),
+            step,
+            finished: Vec::new(),
+            spec,
+        };
+        all.worlds.reset(&all.awake, &mut all.luck, &mut all.seen)?;
         Ok(all)
     }
 
@@ -186,51 +194,47 @@ impl<'a> Lanes<'a> {
     }
 
     /// Takes the actions that were chosen: what came of it. Episodes that are over are followed by others at once.
-    pub fn step(&mut self) -> &Step {
+    ///
+    /// # Errors
+    /// If a world failed: then nothing can be done with them any more.
+    pub fn step(&mut self) -> Result<&Step, OpError> {
         std::mem::swap(&mut self.seen, &mut self.step.before);
-        for lane in 0..self.each.len() {
-            if !self.each[lane].rests {
-                self.advance(lane);
-            }
-        }
-        &self.step
+        let awake = std::mem::take(&mut self.awake);
+        let done = self.advance(&awake);
+        self.awake = awake;
+        done.map(|()| &self.step)
     }
 
     /// Leaves a lane as it is from here on.
     pub fn rest(&mut self, lane: usize) {
-        self.each[lane].rests = true;
+        self.awake.retain(|awake| *awake != lane);
     }
 
-    fn advance(&mut self, lane: usize) {
-        let Self { each, step, seen, spec, .. } = self;
-        let Lane { world, luck, length, payoff, acts, .. } = &mut each[lane];
-        let told = &mut step.told[lane * spec.tells.len()..][..spec.tells.len()];
-        let mut row = Row::of(&mut step.after, lane, told);
-        let (reward, end) = world.step(step.acts.get(lane), luck, &mut row);
-        step.acts.keep(lane, acts);
-        *length += 1;
-        *payoff += f64::from(reward);
-        let cut = end == End::No && spec.limit.is_some_and(|limit| *length >= limit);
-        let end = if cut { End::Limit } else { end };
-        (step.rewards[lane], step.ends[lane]) = (reward, end);
-        if end == End::No {
-            seen.set(lane, &step.after, lane);
-            return;
+    fn advance(&mut self, lanes: &[usize]) -> Result<(), OpError> {
+        let Self { worlds, luck, each, step, seen, over, .. } = self;
+        worlds.step(lanes, luck, step)?;
+        over.clear();
+        for &lane in lanes {
+            let Lane { episode, length, payoff, acts } = &mut each[lane];
+            step.acts.keep(lane, acts);
+            *length += 1;
+            *payoff += step.rewards[lane];
+            let cut = self.spec.limit.is_some_and(|limit| *length >= limit);
+            if step.ends[lane] == End::No && cut {
+                step.ends[lane] = End::Limit;
+            }
+            if step.ends[lane] == End::No {
+                seen.set(lane, &step.after, lane);
+                continue;
+            }
+            self.finished.push(Finished { lane, payoff: *payoff, length: *length });
+            *episode += 1;
+            luck[lane] = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
+            (*length, *payoff) = (0, 0.0);
+            acts.clear();
+            over.push(lane);
         }
-        self.finished.push(Finished { lane, payoff: *payoff, length: *length });
-        let Lane { luck, episode, length, payoff, acts, .. } = &mut each[lane];
-        *episode += 1;
-        *luck = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
-        (*length, *payoff) = (0, 0.0);
-        acts.clear();
-        self.reset(lane);
-    }
-
-    fn reset(&mut self, lane: usize) {
-        let Lane { world, luck, .. } = &mut self.each[lane];
-        // What a world tells is of steps.
-        let told = &mut self.step.told[..0];
-        world.reset(luck, &mut Row::of(&mut self.seen, lane, told));
+        if over.is_empty() { Ok(()) } else { worlds.reset(over, luck, seen) }
     }
 
     /// The episodes that were finished since this was asked last, in their order.
@@ -238,32 +242,44 @@ impl<'a> Lanes<'a> {
         self.finished.drain(..)
     }
 
-    /// Walks over what it takes to be where it is: an unfinished episode is its number and its actions, which are
-    /// taken again.
+    /// Walks over what it takes to be where it is: an unfinished episode is its number and its actions. What was
+    /// restored is to be followed by [`Lanes::catch_up`].
     pub fn state(&mut self, state: &mut State) {
-        let mut restored = false;
         for (i, lane) in self.each.iter_mut().enumerate() {
-            let (before, n) = (lane.episode, lane.acts.len());
             state.count(&format!("{i}.episode"), &mut lane.episode);
             state.bytes(&format!("{i}.acts"), &mut lane.acts);
-            restored |= (before, n) != (lane.episode, lane.acts.len());
-        }
-        if restored {
-            (0..self.each.len()).for_each(|lane| self.replay(lane));
         }
     }
 
-    fn replay(&mut self, lane: usize) {
-        let Lane { luck, episode, length, payoff, acts, .. } = &mut self.each[lane];
-        *luck = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
-        (*length, *payoff) = (0, 0.0);
-        let acts = std::mem::take(acts);
-        self.reset(lane);
-        for act in acts.chunks_exact(4 * self.step.acts.kept()) {
-            self.step.acts.restore(lane, act);
-            self.advance(lane);
+    /// Takes the actions of all unfinished episodes again.
+    ///
+    /// # Errors
+    /// If a world failed, or is not what it was by the same actions.
+    pub fn catch_up(&mut self) -> Result<(), OpError> {
+        let all: Vec<usize> = (0..self.each.len()).collect();
+        let mut acts = Vec::new();
+        for (i, lane) in self.each.iter_mut().enumerate() {
+            self.luck[i] = Luck::of(&self.ctx, self.stream, i as u64, lane.episode);
+            (lane.length, lane.payoff) = (0, 0.0);
+            acts.push(std::mem::take(&mut lane.acts));
         }
-        self.finished.clear();
+        self.worlds.reset(&all, &mut self.luck, &mut self.seen)?;
+        let width = 4 * self.step.acts.kept();
+        let longest = acts.iter().map(|acts| acts.len() / width).max().unwrap_or_default();
+        for t in 0..longest {
+            let act = |lane: usize| acts[lane].chunks_exact(width).nth(t);
+            let lanes: Vec<usize> = all.iter().copied().filter(|i| act(*i).is_some()).collect();
+            for &lane in &lanes {
+                self.step.acts.restore(lane, act(lane).expect("it has one"));
+            }
+            self.advance(&lanes)?;
+        }
+        if self.finished.is_empty() {
+            return Ok(());
+        }
+        let why = "an episode that was taken again by the same actions was over before: its world \
+                   depends on more than its seed and the actions";
+        Err(OpError::Failed(why.to_owned()))
     }
 }
 
@@ -280,7 +296,7 @@ mod tests {
     /// Two steps to the right, and one to the left.
     fn go(lanes: &mut Lanes<'_>, t: usize) -> (Step, Vec<Finished>) {
         lanes.choose().1.places.fill(usize::from(t % 3 != 2));
-        let step = lanes.step().clone();
+        let step = lanes.step().unwrap().clone();
         (step, lanes.finished().collect())
     }
 
@@ -293,6 +309,7 @@ mod tests {
             let bytes = State::keep(|state| one.state(state));
             let mut other = lanes(&ctx);
             assert!(State::restore(&bytes, |state| other.state(state)));
+            other.catch_up().unwrap();
             assert_eq!(other.seen(), one.seen());
             for t in stop..stop + 40 {
                 let ((a, done), (b, also)) = (go(&mut one, t), go(&mut other, t));

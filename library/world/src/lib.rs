@@ -23,6 +23,7 @@ mod sample;
 mod sinusoids;
 mod support_distance;
 mod twister;
+mod worlds;
 
 use std::fmt::Debug;
 use std::sync::LazyLock;
@@ -57,6 +58,7 @@ pub use reward_at::RewardAt;
 pub use sample::Sample;
 pub use sinusoids::Sinusoids;
 pub use support_distance::SupportDistance;
+pub use worlds::Worlds;
 
 /// A reward that is uncertain by chance.
 pub trait Lottery: Debug + Send + Sync {

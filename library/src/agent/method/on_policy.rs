@@ -317,7 +317,7 @@ impl Learning for OnPolicy<'_> {
         for (lane, (end, reward)) in step.ends.iter().zip(&step.rewards).enumerate() {
             let place = first + lane;
             paths.seen.set(place, &step.before, lane);
-            paths.rewards[place] = *reward;
+            paths.rewards[place] = f32::of(*reward);
             (paths.ends[place], paths.cuts[place]) = match end {
                 End::No => (0.0, 0.0),
                 End::Terminal => (1.0, 0.0),

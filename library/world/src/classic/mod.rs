@@ -84,11 +84,11 @@ impl<C: Control> World for Moving<C> {
         show::<C>(self.state, row);
     }
 
-    fn step(&mut self, act: Act<'_>, _: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+    fn step(&mut self, act: Act<'_>, _: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
         let (state, reward, over) = C::step(self.state, act);
         self.state = state;
         show::<C>(state, row);
-        (single(reward), if over { End::Terminal } else { End::No })
+        (reward, if over { End::Terminal } else { End::No })
     }
 }
 
@@ -126,7 +126,7 @@ mod tests {
             assert!(shown == expected.as_ref() && other.iter().all(|x| *x == 0.0));
             let (next, pays, over) = C::step(state, act);
             let found = world.step(act, &mut luck, &mut Row::of(&mut seen, 1, &mut []));
-            assert_eq!(found, (single(pays), if over { End::Terminal } else { End::No }));
+            assert_eq!(found, (pays, if over { End::Terminal } else { End::No }));
             state = next;
         }
     }

@@ -77,10 +77,9 @@ impl World for Walk {
         row.index(0, self.state);
     }
 
-    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
         let action = act.index();
-        #[expect(clippy::cast_possible_truncation, reason = "rewards are seen in single precision")]
-        let reward = self.mdp.reward(self.state, action) as f32;
+        let reward = self.mdp.reward(self.state, action);
         self.state = luck.pick(self.mdp.next(self.state, action));
         row.index(0, self.state);
         (reward, if self.mdp.terminal[self.state] { End::Terminal } else { End::No })

@@ -201,10 +201,10 @@ impl World for Play {
         self.draw(row.bytes(0));
     }
 
-    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f32, End) {
+    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
         let (_, reward, over) = self.act(act.index(), luck);
         self.draw(row.bytes(0));
-        (reward, if over { End::Terminal } else { End::No })
+        (reward.into(), if over { End::Terminal } else { End::No })
     }
 }
 
