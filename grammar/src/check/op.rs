@@ -13,7 +13,7 @@ use super::named::Named;
 use super::value::Val;
 use crate::ast::{self, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed, Op};
-use crate::{Code, Diagnostic, Span, article};
+use crate::{Code, Diagnostic, Span};
 
 /// Why a comparison is no number where nothing in it is computed.
 const KNOWN_CONDITION: &str = "both sides of the comparison are known before anything runs, so that \
@@ -71,7 +71,7 @@ impl<'a> Checker<'a> {
                 let Some(gathered) = self.gathered(feed.port, *id, &taken, *feed_span) else {
                     return Val::Poison;
                 };
-                let own = self.spec.expr(*id).axes.clone();
+                let own = self.program.expr(*id).axes.clone();
                 everything.extend(&own);
                 axes.extend(own.iter().filter(|axis| !gathered.contains(axis)));
                 let labelled = feed.port.gather == Gather::Everything;
@@ -100,7 +100,7 @@ impl<'a> Checker<'a> {
                 .fault(fault.help(format!("only what vanishes is grouped: `over: {axis}`")));
         }
         let stochastic = decl.stochastic || descs.values().any(|desc| self.draws(desc));
-        if let (true, Some(seed)) = (stochastic, self.seed) {
+        if let (true, Some(seed)) = (stochastic, self.names.seed()) {
             axes.insert(seed);
             everything.insert(seed);
         }
@@ -216,37 +216,22 @@ impl<'a> Checker<'a> {
             && matches!(&value, Val::Desc(_, ty) if super::expr::is_number(ty));
         match value {
             Val::Poison => None,
-            Val::Artifact(id) if any || self.spec.expr(id).artifact == port.artifact => Some(id),
+            Val::Artifact(id) if any || self.program.expr(id).artifact == port.artifact => Some(id),
             value if number => self.array(at, value, span),
             other => {
-                let found = self.describe(&other);
+                let found = self.program.describe(&other);
                 let message = format!("`{}.{}` takes {port}, found {found}", decl.name, arg.name);
                 let fault = Diagnostic::new(Code::Type, span, message, format!("expected {port}"));
                 let help = match other {
                     Val::Desc(_, Ty::Bool) if port.artifact == Array::KIND => {
                         Some(KNOWN_CONDITION.to_owned())
                     }
-                    _ => self.made_by(port.artifact),
+                    _ => self.library.made_by(port.artifact),
                 };
                 self.fault(fault.maybe_help(help));
                 None
             }
         }
-    }
-
-    /// The operations that result in a kind of artifact, as advice.
-    pub(super) fn made_by(&self, artifact: &str) -> Option<String> {
-        let makes =
-            |decl: &&Decl| matches!(&decl.role, ivx_op::Role::Op(out) if out.artifact == artifact);
-        let makers: Vec<_> = self
-            .registry
-            .decls()
-            .filter(makes)
-            .take(6)
-            .map(|d| format!("`{}(..)`", d.name))
-            .collect();
-        (!makers.is_empty())
-            .then(|| format!("{} {artifact} comes from {}", article(artifact), makers.join(", ")))
     }
 
     /// The name under which a value travels to figures and tables, which show it: that of the item that it is or is
@@ -332,7 +317,7 @@ impl<'a> Checker<'a> {
         let of_port = |port: &str| {
             let fed = fed.iter().find(|feed| feed.name == port);
             fed.and_then(|feed| feed.exprs.first())
-                .map(|(id, ..)| self.spec.expr(*id).dims.clone())
+                .map(|(id, ..)| self.program.expr(*id).dims.clone())
                 .unwrap_or_default()
         };
         match dims {
