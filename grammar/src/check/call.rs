@@ -144,7 +144,7 @@ impl<'a> Checker<'a> {
         let placed = self.place_args(decl.name, &names, args)?;
         let mut complete = true;
         for (arg, given) in decl.args.iter().zip(&placed) {
-            if given.is_none() && arg.default.is_none() {
+            if given.is_none() && !arg.is_optional() {
                 let message = format!("`{}` needs `{}: {}`", decl.name, arg.name, arg.kind);
                 let fault = Diagnostic::new(
                     Code::MissingArgument,
@@ -174,6 +174,7 @@ impl<'a> Checker<'a> {
         for (arg, given) in args {
             let desc = match (&arg.kind, given) {
                 (ArgKind::Port(_), Some(expr)) => self.held(at, decl, arg, expr),
+                (ArgKind::Port(_), None) if arg.default.is_none() => continue,
                 _ => self.literal_arg(at, decl, arg, *given),
             };
             match desc {

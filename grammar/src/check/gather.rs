@@ -59,7 +59,7 @@ impl<'a> Checker<'a> {
             return false;
         }
         for feed in shown {
-            let spare = decl.arg(feed.name).is_some_and(|arg| arg.default.is_some());
+            let spare = decl.arg(feed.name).is_some_and(ivx_op::ArgDecl::is_optional);
             let asked = named.iter().filter(|(arg, _)| !(spare && arg.default.is_some()));
             for (arg, named) in asked.flat_map(|(arg, all)| all.iter().map(move |n| (arg, n))) {
                 let lacks = feed.exprs.iter().find(|(id, ..)| {
@@ -95,7 +95,7 @@ impl<'a> Checker<'a> {
         fed: &[Fed<'_>],
         named: &[(&ArgDecl, Vec<Named<'a>>)],
     ) -> bool {
-        let needed = |name: &str| decl.arg(name).is_some_and(|arg| arg.default.is_none());
+        let needed = |name: &str| decl.arg(name).is_some_and(|arg| !arg.is_optional());
         let shown = fed.iter().filter(|feed| feed.port.gather == Gather::Everything);
         let shown: Vec<_> = shown
             .filter(|feed| needed(feed.name))

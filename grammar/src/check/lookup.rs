@@ -170,7 +170,7 @@ impl<'a> Checker<'a> {
         }
         let decl = self.library.registry().decl(name)?;
         let what = if matches!(decl.role, Role::Op(_)) { "an operation" } else { "a part" };
-        let needed = decl.args.iter().filter(|arg| arg.default.is_none());
+        let needed = decl.args.iter().filter(|arg| !arg.is_optional());
         let needed: Vec<String> = needed.map(|arg| format!("{}: ..", arg.name)).collect();
         let message = format!("`{name}` is {what}, which is called");
         Some((message, format!("write `{name}({})`", needed.join(", "))))

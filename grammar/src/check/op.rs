@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_op::{
     AnyArtifact, ArgDecl, ArgKind, Array, Artifact, ByName, Decl, Dims, Gather, Lit, OutDecl, Port,
-    Ty,
+    Takes, Ty,
 };
 
 use super::Checker;
@@ -186,10 +186,7 @@ impl<'a> Checker<'a> {
         port: Port,
         expr: &'a ast::Expr,
     ) -> Option<Vec<(ExprId, Span, String)>> {
-        let items = match &expr.kind {
-            ExprKind::List(items) if port.list => items.as_slice(),
-            _ => std::slice::from_ref(expr),
-        };
+        let items = self.values_given(decl, arg, port, expr)?;
         let mut fed = Vec::new();
         let mut sound = true;
         for item in items {
@@ -199,6 +196,32 @@ impl<'a> Checker<'a> {
             fed.extend(id.map(|id| (id, item.span, self.spoken(at, item))));
         }
         sound.then_some(fed)
+    }
+
+    /// The values that are written for a port: those of a list where it takes many.
+    pub(super) fn values_given(
+        &mut self,
+        decl: &Decl,
+        arg: &ArgDecl,
+        port: Port,
+        expr: &'a ast::Expr,
+    ) -> Option<&'a [ast::Expr]> {
+        match (&expr.kind, port.takes) {
+            (ExprKind::List(items), Takes::Many) => Some(items),
+            (ExprKind::List(items), Takes::AtMostOne) => {
+                let n = items.len();
+                let message =
+                    format!("`{}.{}` takes one {port}, found a list of {n}", decl.name, arg.name);
+                let fault = Diagnostic::new(Code::Type, expr.span, message, "a list");
+                self.fault(fault.help(match n {
+                    0 => format!("leave `{}` out where there is none", arg.name),
+                    1 => "write it without brackets".to_owned(),
+                    _ => "choose one of them".to_owned(),
+                }));
+                None
+            }
+            _ => Some(std::slice::from_ref(expr)),
+        }
     }
 
     /// The expression that a port takes.

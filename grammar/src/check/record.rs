@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgKind, ByName, Role, Ty};
+use ivx_op::{ArgKind, ByName, Role, Takes, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -169,10 +169,8 @@ impl<'a> Checker<'a> {
     ) -> Option<Desc> {
         let ArgKind::Port(port) = arg.kind else { unreachable!("only ports are held") };
         debug_assert!(!matches!(decl.role, Role::Op(_)), "operations have ports of their own");
-        let (items, list) = match &expr.kind {
-            ExprKind::List(items) if port.list => (items.as_slice(), true),
-            _ => (std::slice::from_ref(expr), false),
-        };
+        let list = port.takes == Takes::Many && matches!(expr.kind, ExprKind::List(_));
+        let items = self.values_given(decl, arg, port, expr)?;
         let mut descs = Vec::new();
         for item in items {
             let value = self.expr(at, item);
