@@ -36,12 +36,14 @@ declare! {
     struct Careful = "careful" @ 1 {
         /// The price.
         limit: One<Array>;
+        /// What is added to it where it is given.
+        more: Option<One<Array>>;
     }
 }
 
 impl Buyer for Careful {
     fn limit(&self) -> f64 {
-        self.limit.values[0]
+        self.limit.values[0] + self.more.as_ref().map_or(0.0, |more| more.values[0])
     }
 }
 
@@ -78,6 +80,8 @@ declare! {
         price: f64;
         /// What comes in for each thing sold.
         share: f64 = 1.0;
+        /// What is taken of what comes in.
+        tax: Option<One<Array>>;
     }
 }
 
@@ -85,7 +89,8 @@ impl Op for Sell {
     fn run(&self, _: &Ctx) -> Result<Sale, OpError> {
         let bought = [1.0, 2.0].map(|n| f64::from(u8::from(self.price * n <= self.to.limit())));
         let customers = Labels::Names(vec!["one".to_owned(), "two".to_owned()]);
-        let income = bought.iter().sum::<f64>() * self.price * self.share;
+        let tax = self.tax.as_ref().map_or(0.0, |tax| tax.values[0]);
+        let income = bought.iter().sum::<f64>() * self.price * self.share - tax;
         let sold = Array::series(Dim::new("customer", customers), bought.to_vec());
         Ok(Sale { sold, income: Array::scalar(income) })
     }
@@ -231,6 +236,33 @@ experiment market {
     let plan = plan(text);
     let outcome = run(&plan, folder.path());
     assert_eq!(values(&plan, &outcome), [[4.0]]);
+}
+
+#[test]
+fn a_port_that_is_left_out_is_none_and_told_apart_from_what_is_given() {
+    let text = r#"edition "2026"
+
+experiment market {
+    let data = sample(sinusoids(), n: 5, noise: 0.0)
+    let none = 0.0 * rmse(train(linear_mle(features: polynomial(degree: 0)), on: data), on: data)
+    let fixed = careful(2.0)
+    let richer = careful(2.0, more: none + 3.0)
+    measure a = sell(fixed, 2.0).income
+    measure b = sell(careful(limit: 2.0), 2.0).income
+    measure c = sell(careful(2.0, more: none), 2.0).income
+    measure d = sell(richer, 2.0).income
+    measure e = sell(fixed, 2.0, tax: none + 0.5).income
+    measure f = sell(fixed, 2.0, tax: none).income
+    measure g = sell(careful(2.0, more: 0.0), 2.0, tax: 0.0).income
+}
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(text);
+    let outcome = run(&plan, folder.path());
+    let ones = [2.0, 2.0, 2.0, 4.0, 1.5, 2.0, 2.0].map(|income| vec![income]);
+    assert_eq!(values(&plan, &outcome), ones);
+    // Only the first two are one: nothing given is another thing than nought.
+    assert_eq!(ran(&plan, &outcome)["sell"], 6);
 }
 
 #[test]

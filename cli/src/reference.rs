@@ -93,6 +93,9 @@ fn argument(arg: &ArgDecl) -> String {
     if let Some(default) = &arg.default {
         text.extend([" Default: `", &default.to_string(), "`."]);
     }
+    if arg.default.is_none() && arg.is_optional() {
+        text += " May be left out.";
+    }
     if arg.how {
         text += " It is in no key.";
     }
@@ -124,6 +127,11 @@ mod tests {
         let expected = "- `alpha: Float`: The share\n  kept. In mm.\n";
         assert_eq!(argument(&ArgDecl { range: None, ..arg.clone() }), expected);
         let expected = "- `alpha: Float`: The share\n  kept. In mm. It is in no key.\n";
-        assert_eq!(argument(&ArgDecl { range: None, how: true, ..arg }), expected);
+        assert_eq!(argument(&ArgDecl { range: None, how: true, ..arg.clone() }), expected);
+        let gather = ivx_op::Gather::Pointwise;
+        let port = ivx_op::Port { artifact: "Agent", gather, takes: ivx_op::Takes::AtMostOne };
+        let kind = ivx_op::ArgKind::Port(port);
+        let expected = "- `alpha: Agent`: The share\n  kept. May be left out.\n";
+        assert_eq!(argument(&ArgDecl { range: None, unit: None, kind, ..arg }), expected);
     }
 }

@@ -3,10 +3,11 @@
 use ivx_op::{ArgKind, Decl, Role, Ty};
 
 use super::Checker;
+use super::library::Library;
 use crate::ast;
 use crate::suggest;
 
-impl Checker<'_> {
+impl Library<'_> {
     /// How an argument that a call does not have is written here.
     pub(super) fn argument_help(&self, owner: &str, name: &str, names: &[&str]) -> Option<String> {
         let nearest = suggest(name, names.iter().copied());
@@ -23,7 +24,7 @@ impl Checker<'_> {
             return Some(format!("it is called `{own}` here"));
         }
         // The argument may be one of a part that the call takes.
-        let decl = self.registry.decl(owner);
+        let decl = self.registry().decl(owner);
         let owners: Vec<String> = decl.map_or_else(Vec::new, |decl| {
             let parts = self.parts_of(decl);
             let wanted = [name].into_iter().chain(meant.iter().copied());
@@ -51,22 +52,19 @@ impl Checker<'_> {
                     continue;
                 };
                 families.push(family.to_owned());
-                let own = self
-                    .registry
-                    .decls()
-                    .filter(|decl| matches!(decl.role, Role::Part(own) if own == family));
-                let own: Vec<&Decl> = own.collect();
+                let own = self.parts(family);
                 found.extend(&own);
                 todo.extend(own);
             }
         }
         found
     }
+}
 
+impl Checker<'_> {
     /// How a value of another type is written as the type asks for.
     pub(super) fn written_as(&self, ty: &Ty, found: &Ty, expr: &ast::Expr) -> Option<String> {
-        let text = &self.project.files[expr.span.file as usize].text;
-        let written = text.get(expr.span.start as usize..expr.span.end as usize)?;
+        let written = self.source.text(expr.span)?;
         let short = !written.contains('\n') && written.len() <= 40;
         match (ty, found) {
             (Ty::List(item), own) if **item == *own && short => {
@@ -86,7 +84,7 @@ impl Checker<'_> {
             },
             (Ty::Part(family), Ty::Str) => {
                 let ast::ExprKind::Str(name) = &expr.kind else { return None };
-                let decl = self.registry.decl(&name.to_ascii_lowercase())?;
+                let decl = self.library.registry().decl(&name.to_ascii_lowercase())?;
                 let is_own = matches!(decl.role, Role::Part(own) if own == family);
                 is_own.then(|| format!("write it without quotes: `{}()`", decl.name))
             }

@@ -27,72 +27,55 @@ impl<'a> Checker<'a> {
         (name, fields): (&'a Name, &'a [Name]),
         values: &'a AxisExpr,
     ) -> Option<AxisId> {
-        let declared = (scope, name.value.clone());
-        if let Some(known) = self.axes.get(&declared) {
-            return *known;
+        let known = self.axes.declared(scope, &name.value);
+        if known.is_some() || self.axes.is_faulty(scope, &name.value) {
+            return known;
         }
         let coords = self.coords(scope, (name, fields), values);
         let id = coords.map(|coords| {
             let role = if name.value == SEED { AxisRole::Seed } else { AxisRole::Plain };
-            self.push_axis(Axis { name: name.value.clone(), role, coords })
+            self.program.push_axis(Axis { name: name.value.clone(), role, coords })
         });
-        self.axes.insert(declared, id);
+        self.axes.declare(scope, &name.value, id);
         id
     }
 
     /// Seeds where it is not known which there are.
     pub(super) fn any_seed(&mut self) -> AxisId {
         let coord = Coord { label: "0".to_owned(), value: Lit::Int(0) };
-        self.push_axis(Axis { name: SEED.to_owned(), role: AxisRole::Seed, coords: vec![coord] })
+        let axis = Axis { name: SEED.to_owned(), role: AxisRole::Seed, coords: vec![coord] };
+        let id = self.program.push_axis(axis);
+        self.axes.set_any_seed(id);
+        id
     }
 
     /// Whether there is no such axis only because of a fault that was reported.
     pub(super) fn lost_axis(&self, name: &str) -> bool {
-        let Some(scope) = self.experiment else { return false };
+        let Some(scope) = self.names.experiment() else { return false };
         match self.scopes.find(scope, name) {
-            Some((declared, item)) => name_of(item).is_some_and(|own| {
-                matches!(self.axes.get(&(declared, own.value.clone())), Some(None))
-            }),
+            Some((declared, item)) => {
+                name_of(item).is_some_and(|own| self.axes.is_faulty(declared, &own.value))
+            }
             None => self.scopes.lost(scope, name),
         }
     }
 
-    pub(super) fn push_axis(&mut self, axis: Axis) -> AxisId {
-        self.spec.axes.push(axis);
-        AxisId(u32::try_from(self.spec.axes.len() - 1).expect("axes are few"))
-    }
-
     /// The axis of an ensemble with so many members; `None` if they are too many.
     pub(super) fn member_axis(&mut self, n: i64, span: Span) -> Option<AxisId> {
-        if let Some(known) = self.members.get(&n) {
-            return Some(*known);
+        if let Some(known) = self.axes.of_members(n) {
+            return Some(known);
         }
         if !self.bounds(0, n, span) {
             return None;
         }
         let coords = (0..n).map(|i| Coord { label: i.to_string(), value: Lit::Int(i) }).collect();
-        let id = self.push_axis(Axis { name: MEMBER.to_owned(), role: AxisRole::Member, coords });
-        self.members.insert(n, id);
+        let id = self.program.push_axis(Axis {
+            name: MEMBER.to_owned(),
+            role: AxisRole::Member,
+            coords,
+        });
+        self.axes.set_of_members(n, id);
         Some(id)
-    }
-
-    /// The axis that has only some coordinates of another.
-    pub(super) fn restricted_axis(&mut self, axis: AxisId, places: &[usize]) -> AxisId {
-        if let Some(known) = self.restricted.get(&(axis, places.to_vec())) {
-            return *known;
-        }
-        let Axis { name, role, coords } = self.spec.axis(axis);
-        let coords = places.iter().map(|&place| coords[place].clone()).collect();
-        let (name, role) = (name.clone(), *role);
-        let id = self.push_axis(Axis { name, role, coords });
-        self.restricted.insert((axis, places.to_vec()), id);
-        self.wholes.insert(id, self.whole(axis));
-        id
-    }
-
-    /// The axis as it is declared that an axis is, or has some coordinates of.
-    pub(super) fn whole(&self, axis: AxisId) -> AxisId {
-        self.wholes.get(&axis).copied().unwrap_or(axis)
     }
 
     /// The axis that an item declares, as the experiment at hand has it: with its own seeds.
@@ -102,7 +85,7 @@ impl<'a> Checker<'a> {
         (name, fields): (&'a Name, &'a [Name]),
         values: &'a AxisExpr,
     ) -> Option<AxisId> {
-        match self.seed {
+        match self.names.seed() {
             Some(seed) if name.value == SEED => Some(seed),
             _ => self.axis(scope, (name, fields), values),
         }
@@ -216,7 +199,7 @@ impl<'a> Checker<'a> {
     /// Whether an axis can have the whole numbers from `low` to `high`; reports it if not.
     fn bounds(&mut self, low: i64, high: i64, span: Span) -> bool {
         let n = usize::try_from(high.saturating_sub(low).max(0)).unwrap_or(usize::MAX);
-        if n > self.max_nodes {
+        if n > self.budget.max_nodes() {
             self.too_many(format!("the axis has {n} coordinates"), span);
             return false;
         }
@@ -242,7 +225,7 @@ impl<'a> Checker<'a> {
         match items.iter().find(|item| matches!(item, Lit::Part(part) if part.name.is_empty())) {
             None => self.fieldless(axis, span),
             Some(odd) => {
-                let found = self.type_of(odd).to_string();
+                let found = self.library.type_of(odd).to_string();
                 self.not_these(fields, &found, span);
                 None
             }
@@ -333,7 +316,7 @@ impl<'a> Checker<'a> {
                 value if names.len() == 1 && !is_record(&value) => {
                     return record([(names[0].to_owned(), value)].into_iter());
                 }
-                value => (self.describe(&value), expr.span),
+                value => (self.program.describe(&value), expr.span),
             },
         };
         self.not_these(fields, &found, span)
@@ -347,7 +330,7 @@ impl<'a> Checker<'a> {
 
     /// The coordinates that the library lists, with the names that the axis gives to their fields.
     fn rows(&mut self, part: &Part, fields: &[Name], span: Span) -> Option<Vec<Coord>> {
-        let decl = self.registry.decl(&part.name)?;
+        let decl = self.library.registry().decl(&part.name)?;
         let Role::Rows(own) = &decl.role else { return None };
         if !fields.is_empty() && fields.len() != own.len() {
             let listed: Vec<&str> = own.iter().map(|(name, _)| *name).collect();
@@ -358,7 +341,7 @@ impl<'a> Checker<'a> {
             return None;
         }
         let name = |i: usize| fields.get(i).map_or(own[i].0, |field| field.value.as_str());
-        let rows = self.registry.list(part)?;
+        let rows = self.library.registry().list(part)?;
         let rows = match rows {
             Ok(rows) => rows,
             Err(error) => {
@@ -368,7 +351,7 @@ impl<'a> Checker<'a> {
             }
         };
         let coords = rows.into_iter().map(|(label, values)| {
-            let values = values.iter().map(|value| self.registry.complete_lit(value));
+            let values = values.iter().map(|value| self.library.registry().complete_lit(value));
             let args = values.enumerate().map(|(i, value)| (name(i).to_owned(), value));
             Coord { label, value: Lit::Part(Part { name: String::new(), args: args.collect() }) }
         });
@@ -377,7 +360,8 @@ impl<'a> Checker<'a> {
 
     /// What stands for an axis in expressions: its value at each coordinate.
     pub(super) fn axis_value(&self, id: AxisId) -> Val {
-        let mut types = self.spec.axis(id).coords.iter().map(|coord| self.type_of(&coord.value));
+        let mut types =
+            self.program.axis(id).coords.iter().map(|coord| self.library.type_of(&coord.value));
         let first = types.next().expect("axes have coordinates");
         // The lists of the first may be empty.
         Val::Desc(Desc::Axis(id), types.fold(first, |ty, other| join(&ty, &other).unwrap_or(ty)))

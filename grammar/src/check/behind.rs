@@ -38,26 +38,21 @@ pub(super) struct Behind {
 impl Checker<'_> {
     /// Whether seeds have vanished in what a value is made of, and it has no seeds of its own.
     fn made_of_lost(&self, id: ExprId) -> bool {
-        !self.over_seeds(id) && self.loses_seeds(id)
-    }
-
-    /// How many seeds there are along the axis of a value.
-    pub(super) fn n_axis_seeds(&self, id: ExprId) -> Option<usize> {
-        self.seed_of(id).map(|seed| self.spec.axis(seed).coords.len())
+        !self.program.over_seeds(id) && self.drawn.loses_seeds(id)
     }
 
     /// The condition of which a value is the share of seeds, and of nothing else.
     pub(super) fn share_of_seeds(&self, id: ExprId) -> Option<ExprId> {
-        let ExprKind::Op(op) = &self.spec.expr(id).kind else { return None };
+        let ExprKind::Op(op) = &self.program.expr(id).kind else { return None };
         let [(_, feeds)] = &op.ports[..] else { return None };
         let ([feed], "share") = (&feeds[..], op.name.as_str()) else { return None };
         let over = Desc::Lit(Lit::List(vec![Lit::Text(match feed.gathered[..] {
             [] => SEED.to_owned(),
-            [axis] if self.is_seed(axis) => "#0".to_owned(),
+            [axis] if self.program.is_seed(axis) => "#0".to_owned(),
             _ => return None,
         })]));
         let plain = op.args.get("over") == Some(&over) && feed.groups.is_none();
-        (plain && !self.loses_seeds(feed.expr)).then_some(feed.expr)
+        (plain && !self.drawn.loses_seeds(feed.expr)).then_some(feed.expr)
     }
 
     /// The value for the sample and each resample of seeds.
@@ -73,12 +68,12 @@ impl Checker<'_> {
         if let Some(done) = behind.done.get(&id) {
             return Ok(*done);
         }
-        let expr = self.spec.expr(id).clone();
-        let kind = match (self.loses_seeds(id), self.has_seeds(&expr)) {
+        let expr = self.program.expr(id).clone();
+        let kind = match (self.drawn.loses_seeds(id), self.program.has_seeds(&expr)) {
             (false, false) => return Ok(id),
             (false, true) => {
                 behind.averages = true;
-                let gathered = self.seed_in(&expr.axes).into_iter().collect();
+                let gathered = self.program.seed_in(&expr.axes).into_iter().collect();
                 ExprKind::Op(Self::drawn_anew(
                     id,
                     gathered,
@@ -88,7 +83,7 @@ impl Checker<'_> {
             }
             (true, _) => self.resampled_kind(&expr, behind, span)?,
         };
-        let seed = self.seed_in(&expr.axes);
+        let seed = self.program.seed_in(&expr.axes);
         let mut dims = vec![RESAMPLE.to_owned()];
         dims.extend(seed.map(|_| SEED.to_owned()));
         dims.extend(expr.dims.iter().filter(|dim| *dim != RESAMPLE).cloned());
@@ -123,7 +118,7 @@ impl Checker<'_> {
         let [(_, feeds)] = &op.ports[..] else { return None };
         let [feed] = &feeds[..] else { return None };
         let suits = REDUCTIONS.contains(&op.name.as_str()) && feed.groups.is_none();
-        if !suits || !self.over_seeds(feed.expr) || self.loses_seeds(feed.expr) {
+        if !suits || !self.program.over_seeds(feed.expr) || self.drawn.loses_seeds(feed.expr) {
             return None;
         }
         let Some(Desc::Lit(Lit::List(over))) = op.args.get("over") else { return None };
@@ -131,7 +126,9 @@ impl Checker<'_> {
             let Lit::Text(name) = name else { return name.clone() };
             let place = name.strip_prefix('#').and_then(|place| place.parse::<usize>().ok());
             let axis = place.and_then(|place| feed.gathered.get(place));
-            Lit::Text(axis.map_or_else(|| name.clone(), |axis| self.spec.axis(*axis).name.clone()))
+            Lit::Text(
+                axis.map_or_else(|| name.clone(), |axis| self.program.axis(*axis).name.clone()),
+            )
         });
         let along = along.collect();
         let q = match op.args.get("q") {
@@ -139,7 +136,7 @@ impl Checker<'_> {
             _ => Lit::Real(0.5),
         };
         behind.averages |= !matches!(op.name.as_str(), "median" | "quantile");
-        let seed = self.seed_of(feed.expr);
+        let seed = self.program.seed_of(feed.expr);
         let mut gathered = feed.gathered.clone();
         gathered.extend(seed.filter(|seed| !feed.gathered.contains(seed)));
         Some(Self::drawn_anew(feed.expr, gathered, (&op.name, along, q), behind))
@@ -152,15 +149,17 @@ impl Checker<'_> {
         span: Span,
     ) -> Result<ExprKind, OfThese> {
         match &expr.kind {
-            ExprKind::Pick { base, axis, place } if !self.is_seed(*axis) => {
+            ExprKind::Pick { base, axis, place } if !self.program.is_seed(*axis) => {
                 let base = self.resampled(*base, behind, span)?;
                 Ok(ExprKind::Pick { base, axis: *axis, place: *place })
             }
-            ExprKind::Restrict { base, axis, restricted, places } if !self.is_seed(*axis) => {
+            ExprKind::Restrict { base, axis, restricted, places }
+                if !self.program.is_seed(*axis) =>
+            {
                 let (base, places) = (self.resampled(*base, behind, span)?, places.clone());
                 Ok(ExprKind::Restrict { base, axis: *axis, restricted: *restricted, places })
             }
-            ExprKind::Match { axis, arms } if !self.is_seed(*axis) => {
+            ExprKind::Match { axis, arms } if !self.program.is_seed(*axis) => {
                 let mut all = Vec::new();
                 for arm in arms {
                     let own = self.resampled(*arm, behind, span)?;
@@ -183,9 +182,9 @@ impl Checker<'_> {
         behind: &mut Behind,
         span: Span,
     ) -> Result<Op, OfThese> {
-        let decl = self.registry.decl(&op.name).ok_or(OfThese)?;
+        let decl = self.library.registry().decl(&op.name).ok_or(OfThese)?;
         let Role::Op(out) = &decl.role else { return Err(OfThese) };
-        let (name, loses) = (op.name.as_str(), self.loses_here(expr));
+        let (name, loses) = (op.name.as_str(), self.program.loses_here(expr));
         // Of a quantile too far out for resamples: state it as a share.
         let middle = op.args.get("q").is_none_or(|q| *q == Desc::Lit(Lit::Real(0.5)));
         let extreme = loses && (matches!(name, "min" | "max") || name == "quantile" && !middle);
@@ -207,11 +206,15 @@ impl Checker<'_> {
         let mut renamed: BTreeMap<String, String> = BTreeMap::new();
         for (_, feeds) in &mut op.ports {
             for feed in feeds {
-                if feed.groups.as_ref().is_some_and(|groups| self.is_seed(groups.axis)) {
+                if feed.groups.as_ref().is_some_and(|groups| self.program.is_seed(groups.axis)) {
                     return Err(OfThese);
                 }
-                let kept: Vec<AxisId> =
-                    feed.gathered.iter().copied().filter(|axis| !self.is_seed(*axis)).collect();
+                let kept: Vec<AxisId> = feed
+                    .gathered
+                    .iter()
+                    .copied()
+                    .filter(|axis| !self.program.is_seed(*axis))
+                    .collect();
                 for (i, axis) in feed.gathered.iter().enumerate().filter(|_| !feed.labelled) {
                     let place = kept.iter().position(|own| own == axis);
                     let name = place.map_or_else(|| SEED.to_owned(), |place| format!("#{place}"));

@@ -10,7 +10,7 @@ use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{self, ItemKind, Name};
 use crate::ir::Desc;
-use crate::{Code, Diagnostic, Span, article, suggest};
+use crate::{Code, Diagnostic, Span, suggest};
 
 /// Arguments as written: a name where one is given, and the expression.
 pub(super) type Written<'a> = [(Option<Name>, ast::Expr)];
@@ -33,7 +33,7 @@ impl<'a> Checker<'a> {
             self.uses(at, &name.value);
             return self.function(at, (scope, own), params, value, args, span);
         }
-        let registry = self.registry;
+        let registry = self.library.registry();
         let Some(decl) = registry.decl(&name.value) else {
             return self.unknown_call(at, name);
         };
@@ -57,7 +57,7 @@ impl<'a> Checker<'a> {
             matches!(found, Some((_, item)) if matches!(item.kind, ItemKind::Let { params: Some(_), .. }))
         });
         let known: Vec<&str> =
-            self.registry.decls().map(|decl| decl.name).chain(functions).collect();
+            self.library.registry().decls().map(|decl| decl.name).chain(functions).collect();
         let help = if value {
             Some(format!("`{}` is a value: use it without parentheses", name.value))
         } else {
@@ -93,7 +93,7 @@ impl<'a> Checker<'a> {
                 None => Some(i).filter(|i| *i < names.len()),
             };
             let span = name.as_ref().map_or(expr.span, |name| name.span);
-            if self.sated() {
+            if self.faults.sated() {
                 return None;
             }
             match (place, name) {
@@ -110,7 +110,7 @@ impl<'a> Checker<'a> {
                     let message = format!("`{owner}` has no argument `{}`", name.value);
                     let fault =
                         Diagnostic::new(Code::UnknownArgument, span, message, "not an argument");
-                    let help = self.argument_help(owner, &name.value, names);
+                    let help = self.library.argument_help(owner, &name.value, names);
                     self.fault(fault.maybe_help(help));
                     sound = false;
                 }
@@ -144,7 +144,7 @@ impl<'a> Checker<'a> {
         let placed = self.place_args(decl.name, &names, args)?;
         let mut complete = true;
         for (arg, given) in decl.args.iter().zip(&placed) {
-            if given.is_none() && arg.default.is_none() {
+            if given.is_none() && !arg.is_optional() {
                 let message = format!("`{}` needs `{}: {}`", decl.name, arg.name, arg.kind);
                 let fault = Diagnostic::new(
                     Code::MissingArgument,
@@ -174,6 +174,7 @@ impl<'a> Checker<'a> {
         for (arg, given) in args {
             let desc = match (&arg.kind, given) {
                 (ArgKind::Port(_), Some(expr)) => self.held(at, decl, arg, expr),
+                (ArgKind::Port(_), None) if arg.default.is_none() => continue,
                 _ => self.literal_arg(at, decl, arg, *given),
             };
             match desc {
@@ -204,7 +205,7 @@ impl<'a> Checker<'a> {
         };
         let Some(expr) = given else {
             let default = arg.default.as_ref().expect("missing arguments were reported");
-            return Some(Desc::Lit(self.registry.complete_lit(default)));
+            return Some(Desc::Lit(self.library.registry().complete_lit(default)));
         };
         let value = self.given_to(at, &ty, expr);
         match self.quotient(at, &ty, value, expr) {
@@ -212,9 +213,9 @@ impl<'a> Checker<'a> {
             value @ Val::Artifact(_) => {
                 let message =
                     format!("`{}.{}` must be known before anything runs", decl.name, arg.name);
-                let label = format!("computed: {}", self.describe(&value));
+                let label = format!("computed: {}", self.program.describe(&value));
                 let fault = Diagnostic::new(Code::NotLiteral, expr.span, message, label);
-                let help = self.of_type(&ty);
+                let help = self.library.of_type(&ty);
                 self.fault(fault.maybe_help(help));
                 None
             }
@@ -226,7 +227,8 @@ impl<'a> Checker<'a> {
                     let message = format!("`{}.{}` is {ty}, found {told}", decl.name, arg.name);
                     let fault =
                         Diagnostic::new(Code::Type, expr.span, message, format!("expected {ty}"));
-                    let help = self.written_as(&ty, &found, expr).or_else(|| self.of_type(&ty));
+                    let help =
+                        self.written_as(&ty, &found, expr).or_else(|| self.library.of_type(&ty));
                     self.fault(fault.maybe_help(help));
                     return None;
                 }
@@ -251,27 +253,6 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// What a type asks for, as advice.
-    pub(super) fn of_type(&self, ty: &Ty) -> Option<String> {
-        let family = match ty {
-            Ty::Bool => return Some("write `true` or `false`".to_owned()),
-            Ty::Int => return Some("write a whole number, such as `10`".to_owned()),
-            Ty::Float => return Some("write a number, such as `0.5`".to_owned()),
-            Ty::Str => return Some("write text in quotes, such as `\"text\"`".to_owned()),
-            Ty::List(item) => return Some(format!("write a list of {item}, such as `[a, b]`")),
-            Ty::Part(family) => family,
-            Ty::Word => return Some("write text in quotes, or a number".to_owned()),
-            Ty::External(_) => return Some("write its name in quotes".to_owned()),
-            Ty::Record(_) => return None,
-        };
-        let parts = self
-            .registry
-            .decls()
-            .filter(|decl| matches!(decl.role, Role::Part(own) if own == *family));
-        let parts: Vec<_> = parts.take(8).map(|decl| format!("`{}()`", decl.name)).collect();
-        (!parts.is_empty()).then(|| format!("{} {family} is {}", article(family), parts.join(", ")))
-    }
-
     fn in_range(
         &mut self,
         at: &At,
@@ -281,9 +262,9 @@ impl<'a> Checker<'a> {
         desc: &Desc,
         expr: &ast::Expr,
     ) -> bool {
-        let bad = self.places(&desc.axes()).find_map(|place| {
-            let lit = desc.eval(&self.spec.axes, &place).expect("was seen to have a value");
-            outside(range, &lit).map(|bad| (bad.to_string(), self.whereabouts(&place)))
+        let bad = self.program.places(&desc.axes()).find_map(|place| {
+            let lit = desc.eval(self.program.axes(), &place).expect("was seen to have a value");
+            outside(range, &lit).map(|bad| (bad.to_string(), self.program.whereabouts(&place)))
         });
         let Some((bad, place)) = bad else { return true };
         let unit = arg.in_unit();
@@ -305,8 +286,8 @@ impl<'a> Checker<'a> {
         };
         let (scope, item) = self.scopes.find(at.scope, name)?;
         let declared = super::scope::name_of(item)?;
-        let by = self.set_by.get(&(scope, declared.value.clone()))?;
-        Some((item.span, by.clone()))
+        let by = self.params.set_by(scope, &declared.value)?;
+        Some((item.span, by.to_owned()))
     }
 }
 

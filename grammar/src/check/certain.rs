@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Checker;
+use super::program::Program;
 use crate::ast::BinaryOp;
 use crate::ir::{Desc, ExprId, ExprKind};
 
@@ -12,7 +12,7 @@ type Bounds = (f64, f64);
 /// Nothing is known of it.
 const ANY: Bounds = (f64::NEG_INFINITY, f64::INFINITY);
 
-impl Checker<'_> {
+impl Program {
     /// Whether a comparison is true whatever comes out: of constants, of a number with itself, of what is never below
     /// a bound.
     pub(super) fn cannot_fail(
@@ -43,7 +43,7 @@ impl Checker<'_> {
             if left == right || !seen.insert((left, right)) {
                 continue;
             }
-            let (a, b) = (self.spec.expr(left), self.spec.expr(right));
+            let (a, b) = (self.expr(left), self.expr(right));
             let same = match (&a.kind, &b.kind) {
                 (ExprKind::Number(a), ExprKind::Number(b)) => a == b,
                 (ExprKind::Op(a), ExprKind::Op(b)) => {
@@ -55,7 +55,7 @@ impl Checker<'_> {
                 ) => axis == other && place == there,
                 _ => false,
             };
-            let (ours, theirs) = (self.spec.inputs(a), self.spec.inputs(b));
+            let (ours, theirs) = (self.inputs(a), self.inputs(b));
             if !same || ours.len() != theirs.len() {
                 return false;
             }
@@ -68,30 +68,29 @@ impl Checker<'_> {
     fn bounds_of(&self, id: ExprId) -> Bounds {
         let (mut needed, mut todo) = (BTreeSet::new(), vec![id]);
         while let Some(id) = todo.pop() {
-            let expr = self.spec.expr(id);
+            let expr = self.expr(id);
             let through = match &expr.kind {
                 ExprKind::Op(op) => {
-                    bounds(&op.name, &vec![(0.0, 0.0); self.spec.inputs(expr).len()]) != ANY
+                    bounds(&op.name, &vec![(0.0, 0.0); self.inputs(expr).len()]) != ANY
                 }
                 ExprKind::Pick { .. } | ExprKind::Restrict { .. } => true,
                 ExprKind::Number(_) | ExprKind::Match { .. } => false,
             };
             if needed.insert(id) && through {
-                todo.extend(self.spec.inputs(expr));
+                todo.extend(self.inputs(expr));
             }
         }
         // Inputs come first.
         let mut known: BTreeMap<ExprId, Bounds> = BTreeMap::new();
         for id in needed {
-            let expr = self.spec.expr(id);
+            let expr = self.expr(id);
             let of_input = |id: &ExprId| known.get(id).copied().unwrap_or(ANY);
             let bounds = match &expr.kind {
                 ExprKind::Number(Desc::Lit(lit)) => lit.as_f64().map_or(ANY, |x| (x, x)),
                 ExprKind::Pick { base, .. } | ExprKind::Restrict { base, .. } => of_input(base),
-                ExprKind::Op(op) => bounds(
-                    &op.name,
-                    &self.spec.inputs(expr).iter().map(of_input).collect::<Vec<_>>(),
-                ),
+                ExprKind::Op(op) => {
+                    bounds(&op.name, &self.inputs(expr).iter().map(of_input).collect::<Vec<_>>())
+                }
                 _ => ANY,
             };
             known.insert(id, bounds);

@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::Val;
 use crate::ast::{self, BinaryOp, ExprKind};
-use crate::ir::{Desc, ExprId, Feed, Judged, Mark};
+use crate::ir::{Desc, ExprId, Judged, Mark};
 use crate::{Code, Diagnostic, Span, Spanned};
 
 /// The methods by which a claim may ask to be judged.
@@ -42,7 +42,7 @@ impl<'a> Checker<'a> {
         if !self.comparable(&left, &right) {
             return None;
         }
-        let all = self.spec.expr(left.id).axes.union(&self.spec.expr(right.id).axes).copied();
+        let all = self.program.expr(left.id).axes.union(&self.program.expr(right.id).axes).copied();
         if !self.distinct(&all.collect(), title.span) {
             return None;
         }
@@ -59,7 +59,7 @@ impl<'a> Checker<'a> {
         }
         let family = family.map(|family| family.value.clone());
         let mut judged = Judged { confidence, by, margin, why, family, ..Judged::default() };
-        if self.cannot_fail((op.value, margin), left.id, right.id) {
+        if self.program.cannot_fail((op.value, margin), left.id, right.id) {
             judged.marks.insert(Mark::CannotFail);
         }
         let by = asked.by.as_ref().map(|by| by.span);
@@ -155,7 +155,7 @@ impl<'a> Checker<'a> {
         let Some(tolerance) = lit.as_f64() else {
             let message = format!("the tolerance of a claim is a Float, found {ty}");
             let fault = Diagnostic::new(Code::Type, written.span, message, "expected Float");
-            self.fault(fault.maybe_help(self.of_type(&Ty::Float)));
+            self.fault(fault.maybe_help(self.library.of_type(&Ty::Float)));
             return None;
         };
         if tolerance <= 0.0 {
@@ -171,9 +171,9 @@ impl<'a> Checker<'a> {
         let value = self.expr(at, side);
         let constant = matches!(&value, Val::Desc(desc, _) if desc.axes().is_empty());
         let id = self.array(at, value, side.span)?;
-        let expr = self.spec.expr(id);
+        let expr = self.program.expr(id);
         let mut over: BTreeSet<String> =
-            self.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect();
+            self.program.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect();
         over.remove(super::axis::SEED);
         Some(Side { id, span: side.span, constant, over })
     }
@@ -195,13 +195,6 @@ impl<'a> Checker<'a> {
             format!("select or reduce on the other side: `mean(x, over: {})`", lacking.join(", "));
         self.fault(fault.also(more.span, "varies over it").help(help));
         false
-    }
-
-    /// A value with everything that it varies over, for what takes labels.
-    pub(super) fn everything(&self, id: ExprId) -> Feed {
-        let mut gathered: Vec<_> = self.spec.expr(id).axes.iter().copied().collect();
-        gathered.sort_by_key(|axis| self.spec.axis(*axis).name.clone());
-        Feed { gathered, labelled: true, ..Feed::one(id) }
     }
 }
 

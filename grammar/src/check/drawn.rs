@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::Checker;
 use super::axis::SEED;
+use super::program::Program;
 use crate::ir::{AxisId, AxisRole, Desc, Expr, ExprId, ExprKind, Op};
 
 /// The random numbers upstream of a value.
@@ -20,86 +20,95 @@ pub(super) struct Drawn {
     chosen: bool,
 }
 
-impl Checker<'_> {
+/// The random numbers upstream of the first expressions, as far as they were asked for.
+#[derive(Default)]
+pub(super) struct Table(Vec<Drawn>);
+
+impl Table {
     /// How many seeds a value rests on at most; 0 where nothing upstream of it draws.
-    pub(super) fn n_seeds(&mut self, id: ExprId) -> usize {
-        for place in self.drawn.len()..=id.0 as usize {
-            let expr = &self.spec.exprs[place];
-            let inputs = self.spec.inputs(expr);
-            let loses =
-                self.loses_here(expr) || inputs.iter().any(|id| self.drawn[id.0 as usize].loses);
+    pub(super) fn n_seeds(&mut self, program: &Program, id: ExprId) -> usize {
+        for expr in &program.exprs()[self.0.len()..=id.0 as usize] {
+            let inputs = program.inputs(expr);
+            let loses = program.loses_here(expr) || inputs.iter().any(|id| self.of(*id).loses);
             let chosen =
-                self.chooses_here(expr) || inputs.iter().any(|id| self.drawn[id.0 as usize].chosen);
-            let drawn = Drawn { loses, chosen, ..self.draws_upstream(expr) };
-            self.drawn.push(drawn);
+                self.chooses_here(program, expr) || inputs.iter().any(|id| self.of(*id).chosen);
+            let drawn = Drawn { loses, chosen, ..self.draws_upstream(program, expr) };
+            self.0.push(drawn);
         }
-        let Drawn { varies, reduced, .. } = self.drawn[id.0 as usize];
-        let own = self.seed_of(id).filter(|_| varies);
-        own.map_or(reduced, |seed| reduced.max(self.spec.axis(seed).coords.len()))
+        let Drawn { varies, reduced, .. } = self.of(id);
+        let own = program.seed_of(id).filter(|_| varies);
+        own.map_or(reduced, |seed| reduced.max(program.axis(seed).coords.len()))
+    }
+
+    /// What is known of an expression that was asked for its seeds, or what is made of it.
+    fn of(&self, id: ExprId) -> Drawn {
+        self.0[id.0 as usize]
     }
 
     /// - `expr`: its inputs are known.
-    fn draws_upstream(&self, expr: &Expr) -> Drawn {
+    fn draws_upstream(&self, program: &Program, expr: &Expr) -> Drawn {
         match &expr.kind {
             ExprKind::Number(_) => Drawn::default(),
             ExprKind::Op(_) | ExprKind::Match { .. } => {
-                let has_seed = expr.axes.iter().any(|axis| self.is_seed(*axis));
-                let draws = matches!(&expr.kind, ExprKind::Op(op) if self.draws_here(op));
+                let has_seed = expr.axes.iter().any(|axis| program.is_seed(*axis));
+                let draws = matches!(&expr.kind, ExprKind::Op(op) if program.draws_here(op));
                 let mut drawn = Drawn {
                     varies: draws && has_seed,
                     reduced: usize::from(draws && !has_seed),
                     ..Drawn::default()
                 };
-                for id in self.spec.inputs(expr) {
-                    let input = self.drawn[id.0 as usize];
+                for id in program.inputs(expr) {
+                    let input = self.of(id);
                     drawn.reduced = drawn.reduced.max(input.reduced);
-                    let Some(seed) = self.seed_of(id).filter(|_| input.varies) else { continue };
+                    let Some(seed) = program.seed_of(id).filter(|_| input.varies) else { continue };
                     if expr.axes.contains(&seed) {
                         drawn.varies = true;
                     } else {
-                        drawn.reduced = drawn.reduced.max(self.spec.axis(seed).coords.len());
+                        drawn.reduced = drawn.reduced.max(program.axis(seed).coords.len());
                     }
                 }
                 drawn
             }
-            ExprKind::Pick { base, axis, .. } => match self.drawn[base.0 as usize] {
-                drawn @ Drawn { varies: true, reduced, .. } if self.is_seed(*axis) => {
+            ExprKind::Pick { base, axis, .. } => match self.of(*base) {
+                drawn @ Drawn { varies: true, reduced, .. } if program.is_seed(*axis) => {
                     Drawn { varies: false, reduced: reduced.max(1), ..drawn }
                 }
                 drawn => drawn,
             },
-            ExprKind::Restrict { base, .. } => self.drawn[base.0 as usize],
+            ExprKind::Restrict { base, .. } => self.of(*base),
         }
     }
 
     /// Whether an expression is that of some seeds, named by their labels.
-    fn chooses_here(&self, expr: &Expr) -> bool {
+    fn chooses_here(&self, program: &Program, expr: &Expr) -> bool {
         let some = match &expr.kind {
-            ExprKind::Pick { base, axis, .. } => self.is_seed(*axis).then_some(*base),
+            ExprKind::Pick { base, axis, .. } => program.is_seed(*axis).then_some(*base),
             ExprKind::Restrict { base, axis, places, .. } => {
-                let is_part = places.len() < self.spec.axis(*axis).coords.len();
-                (self.is_seed(*axis) && is_part).then_some(*base)
+                let is_part = places.len() < program.axis(*axis).coords.len();
+                (program.is_seed(*axis) && is_part).then_some(*base)
             }
             _ => None,
         };
-        some.is_some_and(|base| self.drawn[base.0 as usize].varies)
+        some.is_some_and(|base| self.of(base).varies)
     }
 
     /// Whether a value rests on seeds that are chosen by their labels. As [`Self::loses_seeds`].
     pub(super) fn chooses_seeds(&self, id: ExprId) -> bool {
-        self.drawn[id.0 as usize].chosen
-    }
-
-    /// Whether an operation draws random numbers, or is given the seed to draw from.
-    fn draws_here(&self, op: &Op) -> bool {
-        let mut axes = op.args.values().flat_map(Desc::axes);
-        op.stochastic || axes.any(|axis| self.is_seed(axis))
+        self.of(id).chosen
     }
 
     /// Whether seeds vanish somewhere in what a value is made of, its own aside. It was asked for its seeds before, or
     /// what is made of it was.
     pub(super) fn loses_seeds(&self, id: ExprId) -> bool {
-        self.drawn[id.0 as usize].loses
+        self.of(id).loses
+    }
+}
+
+impl Program {
+    /// Whether an operation draws random numbers, or is given the seed to draw from.
+    fn draws_here(&self, op: &Op) -> bool {
+        let mut axes = op.args.values().flat_map(Desc::axes);
+        op.stochastic || axes.any(|axis| self.is_seed(axis))
     }
 
     /// Whether seeds vanish in an expression itself.
@@ -107,7 +116,7 @@ impl Checker<'_> {
         // One seed that is picked says nothing of the others, which is told otherwise.
         let picks = matches!(&expr.kind, ExprKind::Pick { .. })
             || matches!(&expr.kind, ExprKind::Op(op) if op.name == "select");
-        let inputs = || self.spec.inputs(expr).into_iter();
+        let inputs = || self.inputs(expr).into_iter();
         !picks && !self.has_seeds(expr) && inputs().any(|id| self.over_seeds(id))
     }
 
@@ -118,16 +127,21 @@ impl Checker<'_> {
 
     /// Whether a value varies over seeds.
     pub(super) fn over_seeds(&self, id: ExprId) -> bool {
-        self.has_seeds(self.spec.expr(id))
+        self.has_seeds(self.expr(id))
     }
 
     pub(super) fn is_seed(&self, axis: AxisId) -> bool {
-        self.spec.axis(axis).role == AxisRole::Seed
+        self.axis(axis).role == AxisRole::Seed
     }
 
     /// The `seed` axis that a value varies over.
     pub(super) fn seed_of(&self, id: ExprId) -> Option<AxisId> {
-        self.seed_in(&self.spec.expr(id).axes)
+        self.seed_in(&self.expr(id).axes)
+    }
+
+    /// How many seeds there are along the axis of a value.
+    pub(super) fn n_axis_seeds(&self, id: ExprId) -> Option<usize> {
+        self.seed_of(id).map(|seed| self.axis(seed).coords.len())
     }
 
     /// The `seed` axis among others.

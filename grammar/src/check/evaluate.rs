@@ -1,12 +1,10 @@
 //! Descriptions: whether they are small enough, and what they are before anything runs.
 
-use std::collections::BTreeSet;
-
 use ivx_op::{Lit, Ty};
 
 use super::value::{Val, fold};
 use super::{Checker, MAX_NODES};
-use crate::ir::{AxisId, Desc, Place};
+use crate::ir::{Desc, Place};
 use crate::literal::inexact;
 use crate::{Code, Diagnostic, Span};
 
@@ -26,14 +24,14 @@ impl Checker<'_> {
             return true;
         }
         let axes = desc.axes();
-        if self.extent(&axes) > self.max_nodes {
-            let n = self.extent(&axes);
+        if self.program.extent(&axes) > self.budget.max_nodes() {
+            let n = self.program.extent(&axes);
             self.too_many(format!("there are {n} values of this"), span);
             return false;
         }
-        let bad = self.places(&axes).find_map(|place| {
-            let why = desc.eval(&self.spec.axes, &place).err()?;
-            Some(format!("{why}{}", self.whereabouts(&place)))
+        let bad = self.program.places(&axes).find_map(|place| {
+            let why = desc.eval(self.program.axes(), &place).err()?;
+            Some(format!("{why}{}", self.program.whereabouts(&place)))
         });
         match bad {
             None => true,
@@ -50,7 +48,7 @@ impl Checker<'_> {
         desc.visit(&mut |desc| match desc {
             Desc::Lit(lit) => bad = bad.or(inexact(lit)),
             Desc::Axis(axis) => {
-                let coords = &self.spec.axis(*axis).coords;
+                let coords = &self.program.axis(*axis).coords;
                 bad = bad.or(coords.iter().find_map(|coord| inexact(&coord.value)));
             }
             _ => {}
@@ -60,8 +58,8 @@ impl Checker<'_> {
 
     /// As [`Self::exact`], for what a description that has a value everywhere amounts to.
     pub(super) fn is_exact(&mut self, desc: &Desc, span: Span) -> bool {
-        let value = |place: Place| desc.eval(&self.spec.axes, &place).ok();
-        let bad = self.places(&desc.axes()).filter_map(value).find_map(|lit| inexact(&lit));
+        let value = |place: Place| desc.eval(self.program.axes(), &place).ok();
+        let bad = self.program.places(&desc.axes()).filter_map(value).find_map(|lit| inexact(&lit));
         self.none_of(bad, span)
     }
 
@@ -76,33 +74,9 @@ impl Checker<'_> {
         false
     }
 
-    /// Every place on some axes, last axis fastest.
-    pub(super) fn places(&self, axes: &BTreeSet<AxisId>) -> impl Iterator<Item = Place> + use<> {
-        let sizes = self.sized(axes);
-        let n: usize = sizes.iter().map(|(_, size)| size).product();
-        (0..n).map(move |mut i| {
-            let coordinate = |(axis, size): &(AxisId, usize)| {
-                let coordinate = i % size;
-                i /= size;
-                (*axis, coordinate)
-            };
-            sizes.iter().rev().map(coordinate).collect()
-        })
-    }
-
-    /// ` at n = 0, ke = WCM`, for messages; nothing if there are no axes.
-    pub(super) fn whereabouts(&self, place: &Place) -> String {
-        let coords = place.iter().map(|(axis, i)| {
-            let axis = self.spec.axis(*axis);
-            format!("{} = {}", axis.name, axis.coords[*i].label)
-        });
-        let coords: Vec<_> = coords.collect();
-        if coords.is_empty() { String::new() } else { format!(" at {}", coords.join(", ")) }
-    }
-
     /// The value of a description that does not vary.
     pub(super) fn evaluate(&mut self, desc: &Desc, span: Span) -> Option<Lit> {
-        match desc.eval(&self.spec.axes, &Place::new()) {
+        match desc.eval(self.program.axes(), &Place::new()) {
             Ok(lit) => Some(lit),
             Err(why) => {
                 self.fault(Diagnostic::new(Code::Number, span, why, "has no value"));

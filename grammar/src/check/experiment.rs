@@ -11,29 +11,31 @@ use crate::ast::{self, ItemKind};
 use crate::ir::{Claim, Declared, Desc, Experiment, ExprId, Output, titled};
 use crate::{Code, Diagnostic, Span, Spanned, deviations};
 
+/// The titles of figures and tables, by what they are and the files that they name.
+type Titles = BTreeMap<(&'static str, String), (String, Span)>;
+
 impl<'a> Checker<'a> {
     /// Checks every experiment, in the order of inclusion.
     pub(super) fn experiments(&mut self) {
         self.outside();
+        let mut titles = Titles::new();
         for scope in self.scopes.experiments.clone() {
-            self.memo.clear();
-            self.experiment = Some(scope);
-            self.seed = None;
-            self.seed = self.seed_axis(scope);
-            let experiment = self.experiment(scope);
-            self.spec.experiments.push(experiment);
+            self.names.enter(scope);
+            let seed = self.seed_axis(scope);
+            self.names.set_seed(seed);
+            let experiment = self.experiment(scope, &mut titles);
+            self.program.push_experiment(experiment);
         }
-        self.experiment = None;
+        self.names.leave(None);
     }
 
     /// Checks what the spec's file declares and no experiment uses, as if it were used where a
     /// `seed` is declared. Nothing of it is kept.
     pub(super) fn unused_declarations(&mut self) {
-        self.memo.clear();
-        let n_exprs = self.spec.exprs.len();
-        let counted = (self.n_nodes, self.n_selected);
-        self.any_seed = Some(self.any_seed());
-        self.seed = self.any_seed;
+        let n_exprs = self.program.exprs().len();
+        let counted = self.budget.counted();
+        let any_seed = self.any_seed();
+        self.names.leave(Some(any_seed));
         for item in self.scopes.all[0].items {
             match &item.kind {
                 // Not by its name: `seed` means those seeds.
@@ -49,17 +51,14 @@ impl<'a> Checker<'a> {
         for scope in [0].into_iter().chain(self.scopes.experiments.clone()) {
             self.uncalled(scope);
         }
-        self.seed = None;
-        self.memo.clear();
-        self.spec.exprs.truncate(n_exprs);
-        self.spans.truncate(n_exprs);
-        (self.n_nodes, self.n_selected) = counted;
+        self.names.leave(None);
+        self.program.truncate(n_exprs);
+        self.budget.forget_since(counted);
     }
 
     /// Reports what only experiments can hold, where it stands in a file.
     fn outside(&mut self) {
-        let project = self.project;
-        for item in project.files.iter().flat_map(|file| &file.ast.items) {
+        for item in self.source.files().iter().flat_map(|file| &file.ast.items) {
             let (what, span) = match &item.kind {
                 ItemKind::Measure { name, .. } => ("a measure", name.span),
                 ItemKind::Figure { name, .. } => ("a figure", name.span),
@@ -81,7 +80,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn experiment(&mut self, scope: usize) -> Experiment {
+    /// - `titles`: those of figures and tables so far.
+    fn experiment(&mut self, scope: usize, titles: &mut Titles) -> Experiment {
         let item = self.scopes.all[scope].item.expect("experiments have items");
         let name = self.scopes.all[scope].name.clone();
         let (docs, deviations) = deviations(&item.docs);
@@ -109,8 +109,8 @@ impl<'a> Checker<'a> {
                 }
                 ItemKind::Axis { name, .. } => {
                     self.name(&at(&name.value), &name.value, name.span);
-                    if let Some(Some(axis)) = self.axes.get(&(scope, name.value.clone())) {
-                        done.axes.push(Declared { axis: *axis, docs: item.docs.clone() });
+                    if let Some(axis) = self.axes.declared(scope, &name.value) {
+                        done.axes.push(Declared { axis, docs: item.docs.clone() });
                     }
                 }
                 ItemKind::Let { name, params: None, .. } | ItemKind::Published { name, .. } => {
@@ -118,12 +118,12 @@ impl<'a> Checker<'a> {
                 }
                 ItemKind::Figure { name, value } => {
                     let at = at(&titled("figure", &name.value));
-                    let expr = self.rendered(&at, name, value, Figure::KIND);
+                    let expr = self.rendered(&at, name, value, Figure::KIND, titles);
                     done.figures.extend(output(&name.value, expr, String::new()));
                 }
                 ItemKind::Table { name, value } => {
                     let at = at(&titled("table", &name.value));
-                    let expr = self.rendered(&at, name, value, Table::KIND);
+                    let expr = self.rendered(&at, name, value, Table::KIND, titles);
                     done.tables.extend(output(&name.value, expr, String::new()));
                 }
                 ItemKind::Claim { name, asked, value, on_par, within } => {
@@ -164,8 +164,7 @@ impl<'a> Checker<'a> {
 
     /// The source text of a stretch on one line, without comments.
     fn source(&self, span: Span) -> String {
-        let text = &self.project.files[span.file as usize].text;
-        let text = text.get(span.start as usize..span.end as usize).unwrap_or_default();
+        let text = self.source.text(span).unwrap_or_default();
         let plain = text.lines().map(|line| &line[..comment(line).unwrap_or(line.len())]);
         plain.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
     }
@@ -183,9 +182,10 @@ impl<'a> Checker<'a> {
         title: &Spanned<String>,
         value: &'a ast::Expr,
         kind: &'static str,
+        titles: &mut Titles,
     ) -> Option<ExprId> {
         if let Some((name, first)) =
-            self.files.insert((kind, file_key(&title.value)), (title.value.clone(), title.span))
+            titles.insert((kind, file_key(&title.value)), (title.value.clone(), title.span))
         {
             if name == title.value {
                 self.twice(title, first);
@@ -212,12 +212,12 @@ impl<'a> Checker<'a> {
         let value_of = self.expr(at, value);
         let varying = match &value_of {
             Val::Poison => return None,
-            Val::Artifact(id) if self.spec.expr(*id).artifact == kind => {
-                let expr = self.spec.expr(*id);
+            Val::Artifact(id) if self.program.expr(*id).artifact == kind => {
+                let expr = self.program.expr(*id);
                 if expr.axes.is_empty() {
                     return Some(*id);
                 }
-                Some(self.names(&expr.axes).join("`, `"))
+                Some(self.program.names(&expr.axes).join("`, `"))
             }
             _ => None,
         };
@@ -226,9 +226,9 @@ impl<'a> Checker<'a> {
             let fault = Diagnostic::new(Code::Kind, value.span, message, "varies");
             fault.help(format!("select one, or do not vary its settings over `{axes}`"))
         } else {
-            let message = format!("expected a {kind}, found {}", self.describe(&value_of));
+            let message = format!("expected a {kind}, found {}", self.program.describe(&value_of));
             let fault = Diagnostic::new(Code::Kind, value.span, message, format!("not a {kind}"));
-            fault.maybe_help(self.made_by(kind))
+            fault.maybe_help(self.library.made_by(kind))
         };
         self.fault(fault);
         None

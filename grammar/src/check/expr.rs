@@ -11,11 +11,6 @@ use crate::ast::{self, BinaryOp, ExprKind};
 use crate::ir::{Desc, Expr, ExprId, Feed};
 use crate::{Code, Diagnostic, Span, ir};
 
-/// Most expressions evaluated for one program: functions that call others often end here.
-const MAX_STEPS: usize = 5_000_000;
-/// Most expressions inside each other, through names and functions.
-const MAX_DEPTH: usize = 400;
-
 /// Where an expression stands.
 pub(super) struct At {
     /// The scope that its names belong to.
@@ -46,28 +41,14 @@ impl At {
 impl<'a> Checker<'a> {
     /// What an expression amounts to.
     pub(super) fn expr(&mut self, at: &At, expr: &'a ast::Expr) -> Val {
-        if self.sated() {
+        if self.faults.sated() {
             return Val::Poison;
         }
-        self.n_steps += 1;
-        if self.n_steps > MAX_STEPS {
-            self.outgrown(
-                "the functions of this program call each other too often".to_owned(),
-                expr.span,
-            );
+        if !self.enter(expr.span) {
             return Val::Poison;
         }
-        if self.depth == MAX_DEPTH && std::mem::replace(&mut self.too_deep, true) {
-            return Val::Poison;
-        }
-        if self.depth == MAX_DEPTH {
-            let message = format!("definitions nest more than {MAX_DEPTH} deep");
-            let fault = Diagnostic::new(Code::Nesting, expr.span, message, "too deep");
-            return self.fault(fault.help("shorten the chain of definitions that leads here"));
-        }
-        self.depth += 1;
         let value = self.expr_inside(at, expr);
-        self.depth -= 1;
+        self.budget.leave();
         match &value {
             Val::Desc(desc, _) if !self.room(desc.size(), expr.span) => Val::Poison,
             _ => value,
@@ -142,7 +123,7 @@ impl<'a> Checker<'a> {
     fn negate(&mut self, at: &At, inner: &'a ast::Expr) -> Val {
         match self.expr(at, inner) {
             Val::Poison => Val::Poison,
-            Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => {
+            Val::Artifact(id) if self.program.expr(id).artifact == Array::KIND => {
                 self.builtin(at, "neg", ByName::new(), vec![("x", id)], inner.span)
             }
             Val::Desc(desc, ty @ (Ty::Int | Ty::Float)) => {
@@ -150,7 +131,7 @@ impl<'a> Checker<'a> {
                 self.arithmetic(BinaryOp::Sub, zero, desc, ty, inner.span)
             }
             other => {
-                let message = format!("{} has no negative", self.describe(&other));
+                let message = format!("{} has no negative", self.program.describe(&other));
                 self.fault(Diagnostic::new(Code::Type, inner.span, message, "expected a number"))
             }
         }
@@ -239,7 +220,7 @@ impl<'a> Checker<'a> {
     pub(super) fn array(&mut self, at: &At, value: Val, span: Span) -> Option<ExprId> {
         match value {
             Val::Poison => None,
-            Val::Artifact(id) if self.spec.expr(id).artifact == Array::KIND => Some(id),
+            Val::Artifact(id) if self.program.expr(id).artifact == Array::KIND => Some(id),
             Val::Desc(desc, ty)
                 if is_number(&ty)
                     && !(self.distinct(&desc.axes(), span)
@@ -260,8 +241,10 @@ impl<'a> Checker<'a> {
                 span,
             )),
             other => {
-                let message =
-                    format!("expected a number or an array, found {}", self.describe(&other));
+                let message = format!(
+                    "expected a number or an array, found {}",
+                    self.program.describe(&other)
+                );
                 self.fault(Diagnostic::new(Code::Type, span, message, "not a number"));
                 None
             }
@@ -280,7 +263,7 @@ impl<'a> Checker<'a> {
         let mut axes: BTreeSet<_> = args.values().flat_map(Desc::axes).collect();
         let mut dims: Vec<String> = Vec::new();
         for (_, id) in &ports {
-            let expr = self.spec.expr(*id);
+            let expr = self.program.expr(*id);
             axes.extend(&expr.axes);
             dims.extend(
                 expr.dims.iter().filter(|dim| !dims.contains(dim)).cloned().collect::<Vec<_>>(),
@@ -315,15 +298,11 @@ impl<'a> Checker<'a> {
 
     /// Adds an expression to the program.
     pub(super) fn push(&mut self, expr: Expr, span: Span) -> ExprId {
-        let extent = self.extent(&expr.axes);
-        if matches!(expr.kind, ir::ExprKind::Op(_) | ir::ExprKind::Number(_)) {
-            self.n_nodes = self.n_nodes.saturating_add(extent);
-        }
-        // Selections are no nodes, but not free.
-        self.n_selected = self.n_selected.saturating_add(extent);
-        if self.n_nodes > self.max_nodes || self.n_selected / 16 > self.max_nodes {
+        let extent = self.program.extent(&expr.axes);
+        let is_node = matches!(expr.kind, ir::ExprKind::Op(_) | ir::ExprKind::Number(_));
+        if !self.budget.add(extent, is_node) {
             let sizes = expr.axes.iter().map(|axis| {
-                let axis = self.spec.axis(*axis);
+                let axis = self.program.axis(*axis);
                 format!("{} {}", axis.coords.len(), axis.name)
             });
             let sizes: Vec<_> = sizes.collect();
@@ -332,42 +311,13 @@ impl<'a> Checker<'a> {
                 sizes => format!(", with this one for each of {}", sizes.join(" × ")),
             };
             self.too_many(
-                format!("the program has more than {} nodes{each}", self.max_nodes),
+                format!("the program has more than {} nodes{each}", self.budget.max_nodes()),
                 span,
             );
         }
-        self.spec.exprs.push(expr);
-        self.spans.push(span);
-        let n = u32::try_from(self.spec.exprs.len()).expect("expressions are counted");
-        let id = ExprId(n - 1);
+        let id = self.program.push(expr, span);
         self.pass_shapes(id);
         id
-    }
-
-    /// What a value is, for messages.
-    pub(super) fn describe(&self, value: &Val) -> String {
-        match value {
-            Val::Desc(_, ty) if *ty == nothing() => "nothing".to_owned(),
-            Val::Desc(_, ty) => ty.to_string(),
-            Val::Artifact(id) => {
-                let expr = self.spec.expr(*id);
-                let members =
-                    expr.axes.iter().any(|axis| self.spec.axis(*axis).role == ir::AxisRole::Member);
-                if !expr.collected.is_empty() {
-                    let over = self.names(&expr.collected).join(", ");
-                    return format!("Collection<{}> over {over}", expr.artifact);
-                }
-                match (expr.artifact.as_str(), &expr.dims[..]) {
-                    (artifact, _) if members && artifact != Array::KIND => {
-                        format!("Ensemble<{artifact}>")
-                    }
-                    (Array::KIND, []) => "Scalar".to_owned(),
-                    (artifact, []) => artifact.to_owned(),
-                    (artifact, dims) => format!("{artifact}[{}]", dims.join(", ")),
-                }
-            }
-            Val::Poison => "something faulty".to_owned(),
-        }
     }
 }
 

@@ -28,7 +28,7 @@ impl<'a> Checker<'a> {
                 Val::Poison => return Val::Poison,
                 Val::Desc(desc, found) if fit(&Ty::Word, &found) != Fit::No => descs.push(desc),
                 other => {
-                    let found = self.describe(&other);
+                    let found = self.program.describe(&other);
                     let message = format!("a word is text or a number, found {found}");
                     let fault = Diagnostic::new(Code::Type, item.span, message, "no word");
                     let help = matches!(other, Val::Artifact(_)).then(|| {
@@ -52,7 +52,7 @@ impl<'a> Checker<'a> {
         expr: &ast::Expr,
     ) -> Option<Desc> {
         let span = expr.span;
-        let file = &self.project.files[span.file as usize];
+        let file = self.source.file(span);
         let written = names(expr);
         let is_written = |name: &str| written.iter().any(|written| written.value == name);
         let (mut faults, mut foreign) = (Vec::new(), false);
@@ -80,7 +80,9 @@ impl<'a> Checker<'a> {
         }
         changed = super::value::fold(changed);
         let sound = faults.is_empty();
-        self.diagnostics.extend(faults);
+        for fault in faults {
+            self.faults.add(fault);
+        }
         sound.then_some(changed)
     }
 }

@@ -26,7 +26,8 @@ impl<'a> Checker<'a> {
             Val::Poison => return Val::Poison,
             Val::Desc(Desc::Axis(id), _) => id,
             other => {
-                let message = format!("`match` needs an axis, found {}", self.describe(&other));
+                let message =
+                    format!("`match` needs an axis, found {}", self.program.describe(&other));
                 let fault = Diagnostic::new(Code::UnknownAxis, axis.span, message, "not an axis");
                 return self.fault(fault);
             }
@@ -45,14 +46,14 @@ impl<'a> Checker<'a> {
 
     /// The expressions in the order of the axis.
     fn arms(&mut self, axis: AxisId, arms: &'a Arms<'a>, span: Span) -> Option<Vec<&'a ast::Expr>> {
-        let name = self.spec.axis(axis).name.clone();
+        let name = self.program.axis(axis).name.clone();
         // Which seeds there are is not known where no experiment is at hand: those of the arms.
         let labels: Vec<String> = match arms {
-            [_, ..] if self.any_seed == Some(axis) => {
+            [_, ..] if self.axes.are_any(axis) => {
                 let labels: BTreeSet<&String> = arms.iter().map(|arm| &arm.0.value).collect();
                 labels.into_iter().cloned().collect()
             }
-            _ => self.spec.axis(axis).coords.iter().map(|coord| coord.label.clone()).collect(),
+            _ => self.program.axis(axis).coords.iter().map(|coord| coord.label.clone()).collect(),
         };
         let places: BTreeMap<&str, usize> =
             labels.iter().enumerate().map(|(i, label)| (label.as_str(), i)).collect();
@@ -133,12 +134,12 @@ impl<'a> Checker<'a> {
             _ => None,
         });
         let (first, first_span) = first.expect("not all are descriptions");
-        let Expr { artifact, .. } = self.spec.expr(first).clone();
+        let Expr { artifact, .. } = self.program.expr(first).clone();
         let mut arms: Vec<(ExprId, Span)> = Vec::new();
         for (value, span) in values {
             let number = matches!(&value, Val::Desc(_, ty) if is_number(ty));
             match value {
-                Val::Artifact(id) if self.spec.expr(id).artifact == artifact => {
+                Val::Artifact(id) if self.program.expr(id).artifact == artifact => {
                     arms.push((id, span));
                 }
                 value if number && artifact == Array::KIND => match self.array(at, value, span) {
@@ -146,7 +147,7 @@ impl<'a> Checker<'a> {
                     None => return Val::Poison,
                 },
                 other => {
-                    let found = self.describe(&other);
+                    let found = self.program.describe(&other);
                     let message =
                         format!("the arms of a match are of one type: {artifact} and {found}");
                     let fault = Diagnostic::new(Code::Type, span, message, "of another type");
@@ -155,14 +156,14 @@ impl<'a> Checker<'a> {
             }
         }
         let shape = |checker: &Self, id: ExprId| {
-            let expr = checker.spec.expr(id);
-            let member = |axis: &&AxisId| checker.spec.axis(**axis).role == AxisRole::Member;
+            let expr = checker.program.expr(id);
+            let member = |axis: &&AxisId| checker.program.axis(**axis).role == AxisRole::Member;
             let dims: BTreeSet<String> = expr.dims.iter().cloned().collect();
             (dims, expr.axes.iter().find(member).copied(), expr.collected.clone())
         };
         let own = shape(self, first);
         if let Some((odd, odd_span)) = arms.iter().find(|(id, _)| shape(self, *id) != own) {
-            let found = [first, *odd].map(|id| self.describe(&Val::Artifact(id)));
+            let found = [first, *odd].map(|id| self.program.describe(&Val::Artifact(id)));
             let message =
                 format!("the arms of a match are of one shape: {} and {}", found[0], found[1]);
             let fault = Diagnostic::new(Code::Dimensions, *odd_span, message, "of another shape")
@@ -171,9 +172,9 @@ impl<'a> Checker<'a> {
         }
         let mut axes = BTreeSet::from([axis]);
         for (id, _) in &arms {
-            axes.extend(&self.spec.expr(*id).axes);
+            axes.extend(&self.program.expr(*id).axes);
         }
-        let Expr { dims, collected, .. } = self.spec.expr(first).clone();
+        let Expr { dims, collected, .. } = self.program.expr(first).clone();
         if !self.distinct(&axes, span) || !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }

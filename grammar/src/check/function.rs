@@ -1,9 +1,9 @@
 //! Functions of a spec: pure, put in the place of their calls.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use ivx_op::{ArgKind, Array, Artifact, Registry, Role, Ty};
+use ivx_op::{Array, Artifact, Ty};
 
 use super::Checker;
 use super::call::Written;
@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
         args: &'a Written<'a>,
         span: Span,
     ) -> Val {
-        if self.is_active(name) {
+        if self.names.is_active(name) {
             return self.circle(name, (&name.value, span), name.span);
         }
         let names: Vec<&str> = params.iter().map(|param| param.name.value.as_str()).collect();
@@ -69,19 +69,19 @@ impl<'a> Checker<'a> {
             }
             locals.insert(param.name.value.clone(), value);
         }
-        self.active.push(name);
+        self.names.begin(name);
         let inner = At { scope, locals: Rc::new(locals), address: at.address_of(&name.value) };
         let value = self.expr(&inner, body);
-        self.active.pop();
+        self.names.end();
         value
     }
 
     /// A value as the parameter of a function asks for it.
     fn argument_of(&mut self, param: &'a LetParam, value: Val, span: Span) -> Val {
         let Some(wanted) = self.wanted(&param.ty) else { return Val::Poison };
-        let expr = if let Val::Artifact(id) = value { Some(self.spec.expr(id)) } else { None };
+        let expr = if let Val::Artifact(id) = value { Some(self.program.expr(id)) } else { None };
         let member = |expr: &crate::ir::Expr| {
-            expr.axes.iter().any(|axis| self.spec.axis(*axis).role == AxisRole::Member)
+            expr.axes.iter().any(|axis| self.program.axis(*axis).role == AxisRole::Member)
         };
         match (value, &wanted, expr) {
             (Val::Poison, ..) => Val::Poison,
@@ -101,7 +101,7 @@ impl<'a> Checker<'a> {
                 value
             }
             (value, ..) => {
-                let (wanted, found) = (self.written(&param.ty), self.describe(&value));
+                let (wanted, found) = (self.written(&param.ty), self.program.describe(&value));
                 let message = format!("`{}` is {wanted}, found {found}", param.name.value);
                 let label = format!("expected {wanted}");
                 self.fault(Diagnostic::new(Code::Type, span, message, label))
@@ -111,7 +111,7 @@ impl<'a> Checker<'a> {
 
     /// What a type that was written asks for.
     fn wanted(&mut self, written: &TyExpr) -> Option<Wanted> {
-        let kinds = &self.artifacts;
+        let kinds = self.library.kinds();
         let name = written.name.value.as_str();
         Some(match &written.args[..] {
             [] if name == SCALAR => Wanted::Scalar,
@@ -133,8 +133,7 @@ impl<'a> Checker<'a> {
 
     /// A type as it was written.
     fn written(&self, ty: &TyExpr) -> String {
-        let text = &self.project.files[ty.span.file as usize].text;
-        text.get(ty.span.start as usize..ty.span.end as usize).unwrap_or_default().to_owned()
+        self.source.text(ty.span).unwrap_or_default().to_owned()
     }
 
     /// Checks the function bodies of a scope that nothing calls, as far as can be without knowing
@@ -159,20 +158,4 @@ impl<'a> Checker<'a> {
             self.expr(&at, value);
         }
     }
-}
-
-/// The kinds of artifact that operations take and result in.
-pub(super) fn artifacts(registry: &Registry) -> BTreeSet<&str> {
-    let mut kinds = BTreeSet::new();
-    for decl in registry.decls() {
-        if let Role::Op(out) = &decl.role {
-            kinds.insert(out.artifact);
-            kinds.extend(out.fields.iter().map(|field| field.artifact));
-        }
-        kinds.extend(decl.args.iter().filter_map(|arg| match &arg.kind {
-            ArgKind::Port(port) => Some(port.artifact),
-            _ => None,
-        }));
-    }
-    kinds
 }

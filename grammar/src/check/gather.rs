@@ -26,7 +26,7 @@ impl<'a> Checker<'a> {
             |feed: &&Fed<'_>| matches!(feed.port.gather, Gather::Named | Gather::Everything);
         let (mut axes, mut dims) = (BTreeSet::new(), Vec::new());
         for (id, _, _) in fed.iter().filter(gathers).flat_map(|feed| &feed.exprs) {
-            let expr = self.spec.expr(*id);
+            let expr = self.program.expr(*id);
             axes.extend(&expr.axes);
             dims.extend(expr.dims.clone());
         }
@@ -59,11 +59,11 @@ impl<'a> Checker<'a> {
             return false;
         }
         for feed in shown {
-            let spare = decl.arg(feed.name).is_some_and(|arg| arg.default.is_some());
+            let spare = decl.arg(feed.name).is_some_and(ivx_op::ArgDecl::is_optional);
             let asked = named.iter().filter(|(arg, _)| !(spare && arg.default.is_some()));
             for (arg, named) in asked.flat_map(|(arg, all)| all.iter().map(move |n| (arg, n))) {
                 let lacks = feed.exprs.iter().find(|(id, ..)| {
-                    let expr = self.spec.expr(*id);
+                    let expr = self.program.expr(*id);
                     !expr.dims.iter().any(|dim| dim == named.name)
                         && self.among(expr.axes.iter().copied(), *named).is_none()
                 });
@@ -71,8 +71,8 @@ impl<'a> Checker<'a> {
                 let axis = named.name;
                 let message = format!("`{}.{}` is `{axis}`, which this lacks", decl.name, arg.name);
                 let label = format!("does not vary over `{axis}`");
-                let over = self.spec.expr(*id);
-                let over = [self.names(&over.axes), over.dims.clone()].concat();
+                let over = self.program.expr(*id);
+                let over = [self.program.names(&over.axes), over.dims.clone()].concat();
                 let help = if over.is_empty() {
                     "it varies over nothing: leave it out, or show it by itself".to_owned()
                 } else {
@@ -95,7 +95,7 @@ impl<'a> Checker<'a> {
         fed: &[Fed<'_>],
         named: &[(&ArgDecl, Vec<Named<'a>>)],
     ) -> bool {
-        let needed = |name: &str| decl.arg(name).is_some_and(|arg| arg.default.is_none());
+        let needed = |name: &str| decl.arg(name).is_some_and(|arg| !arg.is_optional());
         let shown = fed.iter().filter(|feed| feed.port.gather == Gather::Everything);
         let shown: Vec<_> = shown
             .filter(|feed| needed(feed.name))
@@ -153,15 +153,15 @@ impl<'a> Checker<'a> {
         taken: &[&str],
         span: Span,
     ) -> Option<Vec<AxisId>> {
-        let expr = self.spec.expr(id);
+        let expr = self.program.expr(id);
         let by_name = |checker: &Self, mut axes: Vec<AxisId>| {
-            axes.sort_by_key(|axis| checker.spec.axis(*axis).name.clone());
+            axes.sort_by_key(|axis| checker.program.axis(*axis).name.clone());
             axes
         };
         if !expr.collected.is_empty()
             && !matches!(port.gather, Gather::Collected | Gather::Everything)
         {
-            let over = self.names(&expr.collected).join(", ");
+            let over = self.program.names(&expr.collected).join(", ");
             let message = format!(
                 "this is a collection over {over}, where one {} is expected",
                 port.artifact
@@ -180,12 +180,14 @@ impl<'a> Checker<'a> {
             }
             Gather::Collected => Some(by_name(self, expr.collected.iter().copied().collect())),
             Gather::Named => {
-                let named = |axis: &AxisId| taken.contains(&self.spec.axis(*axis).name.as_str());
+                let named = |axis: &AxisId| taken.contains(&self.program.axis(*axis).name.as_str());
                 Some(by_name(self, expr.axes.iter().copied().filter(named).collect()))
             }
             Gather::Members => {
-                let member =
-                    expr.axes.iter().find(|axis| self.spec.axis(**axis).role == AxisRole::Member);
+                let member = expr
+                    .axes
+                    .iter()
+                    .find(|axis| self.program.axis(**axis).role == AxisRole::Member);
                 if let Some(member) = member {
                     return Some(vec![*member]);
                 }
@@ -213,7 +215,7 @@ impl<'a> Checker<'a> {
             }
             for feed in feeds {
                 if let Some(i) =
-                    feed.gathered.iter().position(|axis| self.spec.axis(*axis).name == name)
+                    feed.gathered.iter().position(|axis| self.program.axis(*axis).name == name)
                 {
                     return format!("#{i}");
                 }
@@ -254,11 +256,13 @@ impl<'a> Checker<'a> {
             if matches!(value, Val::Poison) {
                 return value;
             }
-            let message =
-                format!("only what is computed is collected, found {}", self.describe(&value));
+            let message = format!(
+                "only what is computed is collected, found {}",
+                self.program.describe(&value)
+            );
             return self.fault(Diagnostic::new(Code::Kind, base.span, message, "a description"));
         };
-        let mut expr = self.spec.expr(id).clone();
+        let mut expr = self.program.expr(id).clone();
         let Some(axis) = self.among(expr.axes.iter().copied(), named) else {
             let message = format!("this does not vary over `{}`", named.name);
             self.not_over(at, named, (&expr.axes, &[]), (message, "no such axis"));

@@ -12,10 +12,10 @@ use crate::{Code, Diagnostic, Span, suggest};
 impl Checker<'_> {
     /// The axis whose coordinates are the groups that the values of a field make of another.
     pub(super) fn grouped(&mut self, axis: AxisId, field: &str, span: Span) -> Option<Groups> {
-        if let Some(known) = self.groups.get(&(axis, field.to_owned())) {
+        if let Some(known) = self.axes.groups(axis, field) {
             return Some(known.clone());
         }
-        let own = self.spec.axis(axis);
+        let own = self.program.axis(axis);
         let values: Option<Vec<Lit>> =
             own.coords.iter().map(|coord| coord.value.field(field).cloned()).collect();
         let Some(values) = values else {
@@ -51,9 +51,10 @@ impl Checker<'_> {
             }
             places[group].push(place);
         }
-        let by = self.push_axis(Axis { name: field.to_owned(), role: AxisRole::Plain, coords });
+        let by =
+            self.program.push_axis(Axis { name: field.to_owned(), role: AxisRole::Plain, coords });
         let groups = Groups { axis, by, places };
-        self.groups.insert((axis, field.to_owned()), groups.clone());
+        self.axes.set_groups(field, groups.clone());
         Some(groups)
     }
 }

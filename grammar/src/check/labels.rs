@@ -2,23 +2,44 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{Labels, Lit};
+use ivx_op::{Dim, Labels, Lit};
 
 use super::Checker;
 use crate::ir::ExprId;
 use crate::{Code, Diagnostic, Span, suggest};
 
+/// Labels along dimensions, where they are known.
+#[derive(Default)]
+pub(super) struct Table(BTreeMap<(ExprId, String), Labels>);
+
+impl Table {
+    /// Notes the labels of a value along each of its dimensions.
+    pub(super) fn note(&mut self, id: ExprId, dims: Vec<Dim>) {
+        self.0.extend(dims.into_iter().map(|dim| ((id, dim.name), dim.labels)));
+    }
+
+    /// Those of a value along a dimension.
+    pub(super) fn along(&self, id: ExprId, dim: &str) -> Option<&Labels> {
+        self.0.get(&(id, dim.to_owned()))
+    }
+
+    /// Takes away those of a dimension that is no more.
+    pub(super) fn forget(&mut self, id: ExprId, dim: &str) {
+        self.0.remove(&(id, dim.to_owned()));
+    }
+}
+
 impl Checker<'_> {
     /// Gives a value the labels of what it is computed from, along its own dimensions.
     pub(super) fn inherit_labels(&mut self, id: ExprId, from: impl IntoIterator<Item = ExprId>) {
-        if self.labels.is_empty() {
+        if self.labels.0.is_empty() {
             return;
         }
         for from in from {
-            for dim in self.spec.expr(id).dims.clone() {
-                let known = self.labels.get(&(from, dim.clone())).cloned();
+            for dim in self.program.expr(id).dims.clone() {
+                let known = self.labels.along(from, &dim).cloned();
                 if let Some(known) = known {
-                    self.labels.entry((id, dim)).or_insert(known);
+                    self.labels.0.entry((id, dim)).or_insert(known);
                 }
             }
         }
@@ -26,9 +47,9 @@ impl Checker<'_> {
 
     /// The labels of a value along an axis or dimension, where they are known.
     pub(super) fn labels_along(&self, id: ExprId, name: &str) -> Option<Labels> {
-        let mut axes = self.spec.expr(id).axes.iter().map(|axis| self.spec.axis(*axis));
+        let mut axes = self.program.expr(id).axes.iter().map(|axis| self.program.axis(*axis));
         let axis = axes.find(|axis| axis.name == name).map(crate::ir::Axis::labels);
-        axis.or_else(|| self.labels.get(&(id, name.to_owned())).cloned())
+        axis.or_else(|| self.labels.along(id, name).cloned())
     }
 
     /// Whether two values have the same labels along an axis or dimension, as far as is known;
@@ -40,8 +61,8 @@ impl Checker<'_> {
         (right, right_span): (ExprId, Span),
     ) -> bool {
         let axis = |id| {
-            let mut axes = self.spec.expr(id).axes.iter();
-            axes.find(|axis| self.spec.axis(**axis).name == name)
+            let mut axes = self.program.expr(id).axes.iter();
+            axes.find(|axis| self.program.axis(**axis).name == name)
         };
         if axis(left).is_some() && axis(left) == axis(right) {
             return true;
@@ -70,7 +91,7 @@ impl Checker<'_> {
         labels: &[Lit],
         span: Span,
     ) -> bool {
-        let Some(known) = self.labels.get(&(base, dim.to_owned())).cloned() else { return true };
+        let Some(known) = self.labels.along(base, dim).cloned() else { return true };
         let texts: Vec<String> = (0..known.len()).map(|i| known.text(i)).collect();
         let found: BTreeMap<&str, usize> =
             texts.iter().enumerate().rev().map(|(i, text)| (text.as_str(), i)).collect();
@@ -85,7 +106,7 @@ impl Checker<'_> {
             };
             places.push(place);
         }
-        self.labels.insert((selected, dim.to_owned()), known.pick(&places));
+        self.labels.0.insert((selected, dim.to_owned()), known.pick(&places));
         true
     }
 }

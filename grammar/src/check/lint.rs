@@ -26,7 +26,7 @@ impl Checker<'_> {
                 let span = name_of(item).map_or(item.span, |name| name.span);
                 // What draws uses the seeds without naming them.
                 let seeds = *name == SEED && matches!(item.kind, ItemKind::Axis { .. });
-                let used = seeds || self.used.contains(&span);
+                let used = seeds || self.names.is_used(span);
                 if declares_value && !used {
                     unused.push((name, span));
                 }
@@ -42,7 +42,7 @@ impl Checker<'_> {
     /// Warns where two samples that draw the same numbers feed one consumer.
     pub(super) fn shared_streams(&mut self) {
         let mut streams: BTreeMap<(&str, &str), Vec<usize>> = BTreeMap::new();
-        for (i, expr) in self.spec.exprs.iter().enumerate() {
+        for (i, expr) in self.program.exprs().iter().enumerate() {
             if let ExprKind::Op(op) = &expr.kind
                 && let Some(stream) = stream(op)
             {
@@ -55,7 +55,7 @@ impl Checker<'_> {
         }
         for ((first, second), consumer) in faults {
             let message = "two samples draw the same numbers, and one result depends on both";
-            let spans = (self.spans[first.0 as usize], self.spans[second.0 as usize]);
+            let spans = (self.program.span(first), self.program.span(second));
             let fault = Diagnostic::new(Code::SharedStream, spans.1, message, "draws these again")
                 .also(spans.0, "draws numbers")
                 .also(consumer, "depends on both");
@@ -68,7 +68,7 @@ impl Checker<'_> {
         let start = samples[0];
         // The first sample that feeds each expression, from the first sample on.
         let mut fed_by: Vec<Option<ExprId>> = Vec::new();
-        for (i, expr) in self.spec.exprs.iter().enumerate().skip(start) {
+        for (i, expr) in self.program.exprs().iter().enumerate().skip(start) {
             let fed = |id: &ExprId| fed_by.get((id.0 as usize).checked_sub(start)?).copied()?;
             let mut first = None;
             match &expr.kind {
@@ -79,10 +79,14 @@ impl Checker<'_> {
                 ExprKind::Op(op) => {
                     for sample in self.consumed(expr, op).iter().filter_map(fed) {
                         let first = *first.get_or_insert(sample);
-                        let kind = |id: ExprId| &self.spec.expr(id).kind;
+                        let kind = |id: ExprId| &self.program.expr(id).kind;
                         if first != sample && kind(first) != kind(sample) {
                             let pair = (first.min(sample), first.max(sample));
-                            faults.entry(pair).or_insert(self.spans[i]);
+                            faults.entry(pair).or_insert(
+                                self.program.span(ExprId(
+                                    u32::try_from(i).expect("expressions are counted"),
+                                )),
+                            );
                         }
                     }
                 }
@@ -96,7 +100,7 @@ impl Checker<'_> {
 
     /// What an operation computes with; figures and tables only show.
     fn consumed(&self, expr: &Expr, op: &Op) -> Vec<ExprId> {
-        let decl = self.registry.decl(&op.name);
+        let decl = self.library.registry().decl(&op.name);
         let shows = |name: &str| {
             let port = decl.and_then(|decl| decl.arg(name)).map(|arg| &arg.kind);
             matches!(port, Some(ArgKind::Port(port)) if port.gather == Gather::Everything)
@@ -104,7 +108,7 @@ impl Checker<'_> {
         let shown = op.ports.iter().filter(|(name, _)| shows(name));
         let shown: Vec<ExprId> =
             shown.flat_map(|(_, feeds)| feeds.iter().map(|f| f.expr)).collect();
-        let mut inputs = self.spec.inputs(expr);
+        let mut inputs = self.program.inputs(expr);
         inputs.retain(|input| !shown.contains(input));
         inputs
     }

@@ -1,5 +1,7 @@
 //! Names: what they stand for, and which are used.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use ivx_op::Role;
 
 use super::Checker;
@@ -7,27 +9,86 @@ use super::expr::At;
 use super::scope::name_of;
 use super::value::Val;
 use crate::ast::{Item, ItemKind, Name};
+use crate::ir::AxisId;
 use crate::parse::habit::foreign;
 use crate::{Code, Diagnostic, Span, suggest};
+
+/// The experiment at hand, what names are in it, and which are used.
+#[derive(Default)]
+pub(super) struct Names<'a> {
+    /// The scope of the experiment at hand.
+    experiment: Option<usize>,
+    /// Its `seed` axis.
+    seed: Option<AxisId>,
+    /// Values of names in it, by where they are declared.
+    memo: BTreeMap<Span, Val>,
+    /// Names being evaluated, as declared.
+    active: Vec<&'a Name>,
+    /// The names of each circle of definitions that was reported, by where they are declared.
+    circles: BTreeSet<BTreeSet<Span>>,
+    /// Names that expressions used, by where they are declared.
+    used: BTreeSet<Span>,
+}
+
+impl<'a> Names<'a> {
+    pub(super) fn experiment(&self) -> Option<usize> {
+        self.experiment
+    }
+
+    pub(super) fn seed(&self) -> Option<AxisId> {
+        self.seed
+    }
+
+    pub(super) fn set_seed(&mut self, seed: Option<AxisId>) {
+        self.seed = seed;
+    }
+
+    /// Puts an experiment at hand, whose seeds are not known yet.
+    pub(super) fn enter(&mut self, experiment: usize) {
+        self.leave(None);
+        self.experiment = Some(experiment);
+    }
+
+    /// Leaves the experiment at hand, for what has these seeds.
+    pub(super) fn leave(&mut self, seed: Option<AxisId>) {
+        self.memo.clear();
+        (self.experiment, self.seed) = (None, seed);
+    }
+
+    /// Begins to evaluate a name.
+    pub(super) fn begin(&mut self, declared: &'a Name) {
+        self.active.push(declared);
+    }
+
+    /// Has evaluated the name that was begun last.
+    pub(super) fn end(&mut self) {
+        self.active.pop();
+    }
+
+    /// Whether a name is being evaluated.
+    pub(super) fn is_active(&self, declared: &Name) -> bool {
+        self.active.iter().any(|active| active.span == declared.span)
+    }
+
+    /// Whether an expression used what is declared at a place.
+    pub(super) fn is_used(&self, declared: Span) -> bool {
+        self.used.contains(&declared)
+    }
+}
 
 impl<'a> Checker<'a> {
     /// Notes that an expression uses a name.
     pub(super) fn uses(&mut self, at: &At, name: &str) {
         let found = self.scopes.find(at.scope, name).filter(|_| !at.locals.contains_key(name));
         let declared = found.and_then(|(_, item)| name_of(item));
-        self.used.extend(declared.map(|name| name.span));
+        self.names.used.extend(declared.map(|name| name.span));
     }
 
     /// Whether an expression used what `scope` declares by a name.
     pub(super) fn is_used(&self, scope: usize, name: &Name) -> bool {
         let item = self.scopes.all[scope].names.get(name.value.as_str());
         let declared = item.and_then(|item| name_of(item));
-        declared.is_some_and(|name| self.used.contains(&name.span))
-    }
-
-    /// Whether a name is being evaluated.
-    pub(super) fn is_active(&self, declared: &Name) -> bool {
-        self.active.iter().any(|active| active.span == declared.span)
+        declared.is_some_and(|name| self.names.is_used(name.span))
     }
 
     /// What a name in an expression stands for.
@@ -38,7 +99,7 @@ impl<'a> Checker<'a> {
         let Some((scope, item)) = self.scopes.find(at.scope, name) else {
             return self.unknown_name(at, name, span);
         };
-        self.used.extend(name_of(item).map(|name| name.span));
+        self.names.used.extend(name_of(item).map(|name| name.span));
         self.item(scope, item, name, span)
     }
 
@@ -63,7 +124,7 @@ impl<'a> Checker<'a> {
         }
         // What is being defined cannot be meant.
         let known = self.scopes.known(at.scope).into_iter();
-        let known = known.filter(|known| !self.active.iter().any(|own| own.value == *known));
+        let known = known.filter(|known| !self.names.active.iter().any(|own| own.value == *known));
         let help = suggest(name, known.chain(at.locals.keys().map(String::as_str)));
         let message = format!("`{name}` is not known here");
         let fault = Diagnostic::new(Code::UnknownName, span, message, "unknown name");
@@ -72,9 +133,11 @@ impl<'a> Checker<'a> {
 
     /// What a name that nothing declares was probably meant for: a call, or a word of another language.
     fn meant_otherwise(&self, name: &str, span: Span) -> Option<(String, String)> {
-        let text = &self.project.files[span.file as usize].text;
-        let before =
-            text.get(..span.start as usize).unwrap_or_default().trim_end_matches([' ', '\t']);
+        let before = self
+            .source
+            .text(Span { start: 0, end: span.start, ..span })
+            .unwrap_or_default()
+            .trim_end_matches([' ', '\t']);
         if before.ends_with("--") {
             let message = format!("`{name}` is not known here, and `--` turns the sign twice");
             return Some((message, "a comment begins with `//`".to_owned()));
@@ -105,9 +168,9 @@ impl<'a> Checker<'a> {
         if let Some((message, help)) = foreign(name) {
             return known(message, help);
         }
-        let decl = self.registry.decl(name)?;
+        let decl = self.library.registry().decl(name)?;
         let what = if matches!(decl.role, Role::Op(_)) { "an operation" } else { "a part" };
-        let needed = decl.args.iter().filter(|arg| arg.default.is_none());
+        let needed = decl.args.iter().filter(|arg| !arg.is_optional());
         let needed: Vec<String> = needed.map(|arg| format!("{}: ..", arg.name)).collect();
         let message = format!("`{name}` is {what}, which is called");
         Some((message, format!("write `{name}({})`", needed.join(", "))))
@@ -117,13 +180,13 @@ impl<'a> Checker<'a> {
     fn item(&mut self, scope: usize, item: &'a Item, name: &str, span: Span) -> Val {
         // An import may have given the name; what is declared is what counts.
         let declared = name_of(item).expect("what is found has a name");
-        if let Some(known) = self.memo.get(&declared.span) {
+        if let Some(known) = self.names.memo.get(&declared.span) {
             return known.clone();
         }
-        if self.is_active(declared) {
+        if self.names.is_active(declared) {
             return self.circle(declared, (name, span), item.span);
         }
-        self.active.push(declared);
+        self.names.begin(declared);
         let inner = At::new(scope, format!("{}/{}", self.owner(scope), declared.value));
         let value = match &item.kind {
             ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
@@ -146,8 +209,8 @@ impl<'a> Checker<'a> {
             }
             _ => unreachable!("only these items have names"),
         };
-        self.active.pop();
-        self.memo.insert(declared.span, value.clone());
+        self.names.end();
+        self.names.memo.insert(declared.span, value.clone());
         value
     }
 
@@ -161,8 +224,9 @@ impl<'a> Checker<'a> {
         (name, span): (&str, Span),
         first: Span,
     ) -> Val {
-        let circle = self.active.iter().map(|active| active.span);
-        if !self.circles.insert(circle.skip_while(|span| *span != declared.span).collect()) {
+        let circle = self.names.active.iter().map(|active| active.span);
+        let circle = circle.skip_while(|span| *span != declared.span).collect();
+        if !self.names.circles.insert(circle) {
             return Val::Poison;
         }
         let message = format!("`{name}` is defined in terms of itself");
@@ -173,6 +237,6 @@ impl<'a> Checker<'a> {
     /// What the addresses of a scope's nodes begin with: the experiment at hand, also for what
     /// its file and other files declare.
     fn owner(&self, scope: usize) -> &str {
-        &self.scopes.all[self.experiment.unwrap_or(scope)].name
+        &self.scopes.all[self.names.experiment().unwrap_or(scope)].name
     }
 }

@@ -11,7 +11,7 @@ impl Checker<'_> {
     pub(super) fn distinct(&mut self, axes: &BTreeSet<AxisId>, span: Span) -> bool {
         let mut names: BTreeMap<String, usize> = BTreeMap::new();
         for axis in axes {
-            let axis = self.spec.axis(*axis);
+            let axis = self.program.axis(*axis);
             let (name, n) = (axis.name.clone(), axis.coords.len());
             if let Some(other) = names.insert(name.clone(), n) {
                 let message = format!(
@@ -27,7 +27,8 @@ impl Checker<'_> {
 
     /// Whether no axis bears the name of a dimension inside the value; reports it if one does.
     pub(super) fn apart(&mut self, axes: &BTreeSet<AxisId>, dims: &[String], span: Span) -> bool {
-        let Some(clash) = self.names(axes).into_iter().find(|name| dims.contains(name)) else {
+        let Some(clash) = self.program.names(axes).into_iter().find(|name| dims.contains(name))
+        else {
             return true;
         };
         let message = format!("`{clash}` is both an axis and a dimension of this value");

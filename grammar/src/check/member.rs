@@ -20,20 +20,22 @@ impl Checker<'_> {
     ) -> Result<Option<AxisId>, ()> {
         let number = |desc: &Desc| if let Desc::Lit(Lit::Int(n)) = desc { Some(*n) } else { None };
         let mut counts: BTreeSet<Option<i64>> = own.map(number).into_iter().collect();
-        let registry = self.registry;
+        let registry = self.library.registry();
         let asks = |name: &str| {
             let decl = registry.decl(name);
             decl.is_some_and(|decl| decl.args.iter().any(|arg| arg.kind == ArgKind::Members))
         };
         for desc in descs.values().filter(|desc| self.has_part(desc, &mut Vec::new(), &asks)) {
             let axes = desc.axes();
-            let n = self.extent(&axes);
-            if n > self.max_nodes {
+            let n = self.program.extent(&axes);
+            if n > self.budget.max_nodes() {
                 self.too_many(format!("there are {n} values of this"), span);
                 return Err(());
             }
-            let values =
-                self.places(&axes).filter_map(|place| desc.eval(&self.spec.axes, &place).ok());
+            let values = self
+                .program
+                .places(&axes)
+                .filter_map(|place| desc.eval(self.program.axes(), &place).ok());
             let values: Vec<Lit> = values.collect();
             if values.iter().any(|value| nested(value, &asks)) {
                 let message = "an ensemble of ensembles has members of two kinds";
@@ -62,7 +64,8 @@ impl Checker<'_> {
 
     /// Whether a part in a description draws random numbers.
     pub(super) fn draws(&self, desc: &Desc) -> bool {
-        let stochastic = |name: &str| self.registry.decl(name).is_some_and(|decl| decl.stochastic);
+        let stochastic =
+            |name: &str| self.library.registry().decl(name).is_some_and(|decl| decl.stochastic);
         self.has_part(desc, &mut Vec::new(), &stochastic)
     }
 
@@ -78,7 +81,7 @@ impl Checker<'_> {
         match desc {
             Desc::Lit(lit) => any_part(lit, fields, wanted),
             Desc::Axis(axis) => {
-                let coords = &self.spec.axis(*axis).coords;
+                let coords = &self.program.axis(*axis).coords;
                 coords.iter().any(|coord| any_part(&coord.value, fields.as_slice(), wanted))
             }
             Desc::List(items) | Desc::Match(_, items) => {

@@ -62,8 +62,8 @@ impl<'a> Checker<'a> {
         named: Named<'_>,
     ) -> Option<AxisId> {
         axes.into_iter().find(|axis| match named.axis {
-            Some(own) => self.whole(*axis) == own,
-            None => !named.lost && self.spec.axis(*axis).name == named.name,
+            Some(own) => self.axes.whole(*axis) == own,
+            None => !named.lost && self.program.axis(*axis).name == named.name,
         })
     }
 
@@ -80,7 +80,7 @@ impl<'a> Checker<'a> {
         if named.lost || self.lost_axis(named.name) {
             return;
         }
-        let other = axes.iter().find(|axis| self.spec.axis(**axis).name == named.name);
+        let other = axes.iter().find(|axis| self.program.axis(**axis).name == named.name);
         if let Some(other) = other {
             let name = named.name;
             let message = format!("`{name}` is another axis than the `{name}` of this value");
@@ -97,7 +97,8 @@ impl<'a> Checker<'a> {
             self.fault(fault.help(help));
             return;
         }
-        let known: Vec<String> = self.names(axes).into_iter().chain(dims.iter().cloned()).collect();
+        let known: Vec<String> =
+            self.program.names(axes).into_iter().chain(dims.iter().cloned()).collect();
         let help = if known.is_empty() {
             Some("it varies over nothing".to_owned())
         } else {
@@ -113,7 +114,7 @@ impl<'a> Checker<'a> {
             let declared = self.scopes.find(at.scope, known);
             let declared = declared.and_then(|(scope, item)| Some((scope, name_of(item)?)));
             declared.is_some_and(|(scope, name)| {
-                self.axes.get(&(scope, name.value.clone())) == Some(&Some(self.whole(axis)))
+                self.axes.declared(scope, &name.value) == Some(self.axes.whole(axis))
             })
         })
     }

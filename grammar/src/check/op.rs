@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_op::{
     AnyArtifact, ArgDecl, ArgKind, Array, Artifact, ByName, Decl, Dims, Gather, Lit, OutDecl, Port,
-    Ty,
+    Takes, Ty,
 };
 
 use super::Checker;
@@ -13,7 +13,7 @@ use super::named::Named;
 use super::value::Val;
 use crate::ast::{self, ExprKind, ItemKind};
 use crate::ir::{AxisId, Desc, Expr, ExprId, Feed, Op};
-use crate::{Code, Diagnostic, Span, article};
+use crate::{Code, Diagnostic, Span};
 
 /// Why a comparison is no number where nothing in it is computed.
 const KNOWN_CONDITION: &str = "both sides of the comparison are known before anything runs, so that \
@@ -71,7 +71,7 @@ impl<'a> Checker<'a> {
                 let Some(gathered) = self.gathered(feed.port, *id, &taken, *feed_span) else {
                     return Val::Poison;
                 };
-                let own = self.spec.expr(*id).axes.clone();
+                let own = self.program.expr(*id).axes.clone();
                 everything.extend(&own);
                 axes.extend(own.iter().filter(|axis| !gathered.contains(axis)));
                 let labelled = feed.port.gather == Gather::Everything;
@@ -100,7 +100,7 @@ impl<'a> Checker<'a> {
                 .fault(fault.help(format!("only what vanishes is grouped: `over: {axis}`")));
         }
         let stochastic = decl.stochastic || descs.values().any(|desc| self.draws(desc));
-        if let (true, Some(seed)) = (stochastic, self.seed) {
+        if let (true, Some(seed)) = (stochastic, self.names.seed()) {
             axes.insert(seed);
             everything.insert(seed);
         }
@@ -186,10 +186,7 @@ impl<'a> Checker<'a> {
         port: Port,
         expr: &'a ast::Expr,
     ) -> Option<Vec<(ExprId, Span, String)>> {
-        let items = match &expr.kind {
-            ExprKind::List(items) if port.list => items.as_slice(),
-            _ => std::slice::from_ref(expr),
-        };
+        let items = self.values_given(decl, arg, port, expr)?;
         let mut fed = Vec::new();
         let mut sound = true;
         for item in items {
@@ -199,6 +196,32 @@ impl<'a> Checker<'a> {
             fed.extend(id.map(|id| (id, item.span, self.spoken(at, item))));
         }
         sound.then_some(fed)
+    }
+
+    /// The values that are written for a port: those of a list where it takes many.
+    pub(super) fn values_given(
+        &mut self,
+        decl: &Decl,
+        arg: &ArgDecl,
+        port: Port,
+        expr: &'a ast::Expr,
+    ) -> Option<&'a [ast::Expr]> {
+        match (&expr.kind, port.takes) {
+            (ExprKind::List(items), Takes::Many) => Some(items),
+            (ExprKind::List(items), Takes::AtMostOne) => {
+                let n = items.len();
+                let message =
+                    format!("`{}.{}` takes one {port}, found a list of {n}", decl.name, arg.name);
+                let fault = Diagnostic::new(Code::Type, expr.span, message, "a list");
+                self.fault(fault.help(match n {
+                    0 => format!("leave `{}` out where there is none", arg.name),
+                    1 => "write it without brackets".to_owned(),
+                    _ => "choose one of them".to_owned(),
+                }));
+                None
+            }
+            _ => Some(std::slice::from_ref(expr)),
+        }
     }
 
     /// The expression that a port takes.
@@ -216,37 +239,22 @@ impl<'a> Checker<'a> {
             && matches!(&value, Val::Desc(_, ty) if super::expr::is_number(ty));
         match value {
             Val::Poison => None,
-            Val::Artifact(id) if any || self.spec.expr(id).artifact == port.artifact => Some(id),
+            Val::Artifact(id) if any || self.program.expr(id).artifact == port.artifact => Some(id),
             value if number => self.array(at, value, span),
             other => {
-                let found = self.describe(&other);
+                let found = self.program.describe(&other);
                 let message = format!("`{}.{}` takes {port}, found {found}", decl.name, arg.name);
                 let fault = Diagnostic::new(Code::Type, span, message, format!("expected {port}"));
                 let help = match other {
                     Val::Desc(_, Ty::Bool) if port.artifact == Array::KIND => {
                         Some(KNOWN_CONDITION.to_owned())
                     }
-                    _ => self.made_by(port.artifact),
+                    _ => self.library.made_by(port.artifact),
                 };
                 self.fault(fault.maybe_help(help));
                 None
             }
         }
-    }
-
-    /// The operations that result in a kind of artifact, as advice.
-    pub(super) fn made_by(&self, artifact: &str) -> Option<String> {
-        let makes =
-            |decl: &&Decl| matches!(&decl.role, ivx_op::Role::Op(out) if out.artifact == artifact);
-        let makers: Vec<_> = self
-            .registry
-            .decls()
-            .filter(makes)
-            .take(6)
-            .map(|d| format!("`{}(..)`", d.name))
-            .collect();
-        (!makers.is_empty())
-            .then(|| format!("{} {artifact} comes from {}", article(artifact), makers.join(", ")))
     }
 
     /// The name under which a value travels to figures and tables, which show it: that of the item that it is or is
@@ -332,7 +340,7 @@ impl<'a> Checker<'a> {
         let of_port = |port: &str| {
             let fed = fed.iter().find(|feed| feed.name == port);
             fed.and_then(|feed| feed.exprs.first())
-                .map(|(id, ..)| self.spec.expr(*id).dims.clone())
+                .map(|(id, ..)| self.program.expr(*id).dims.clone())
                 .unwrap_or_default()
         };
         match dims {

@@ -4,16 +4,50 @@ use std::collections::BTreeMap;
 
 use ivx_op::{Lit, Ty};
 
-use super::Checker;
 use super::expr::At;
-use super::value::{Fit, Val, coerce, fit, nothing};
+use super::value::{Fit, Val, coerce, fit};
+use super::{Checker, Settings};
 use crate::ast::{Expr, Item, ItemKind, Name, TyExpr};
 use crate::ir::{Desc, Param};
 use crate::{Code, Diagnostic, Span, deviations, suggest};
 
+/// Who sets parameters, and to what.
+pub(super) struct Params<'a> {
+    settings: &'a Settings,
+    /// The profiles in force: the one chosen last, each behind its base.
+    profiles: Vec<String>,
+    /// Who set each parameter, for messages.
+    set_by: BTreeMap<(usize, String), String>,
+    /// The value that each parameter has where nobody sets it.
+    defaults: BTreeMap<(usize, String), Lit>,
+}
+
+impl<'a> Params<'a> {
+    pub(super) fn new(settings: &'a Settings) -> Self {
+        let (set_by, defaults) = (BTreeMap::new(), BTreeMap::new());
+        Self { settings, profiles: Vec::new(), set_by, defaults }
+    }
+
+    /// The profile that the command line asks for.
+    pub(super) fn asked(&self) -> Option<&'a str> {
+        self.settings.profile.as_deref()
+    }
+
+    /// Puts profiles in force.
+    pub(super) fn choose(&mut self, profiles: Vec<String>) {
+        self.profiles = profiles;
+    }
+
+    /// Who set a parameter.
+    pub(super) fn set_by(&self, scope: usize, name: &str) -> Option<&str> {
+        self.set_by.get(&(scope, name.to_owned())).map(String::as_str)
+    }
+}
+
 impl<'a> Checker<'a> {
     /// Evaluates every parameter, and reports what is set but not declared.
     pub(super) fn params(&mut self) {
+        let mut params = Vec::new();
         let mut known: Vec<(String, &'a str)> = Vec::new();
         let mut places: BTreeMap<String, Span> = BTreeMap::new();
         for scope in 0..self.scopes.all.len() {
@@ -31,17 +65,17 @@ impl<'a> Checker<'a> {
                 }
                 let value = self.name(&At::new(scope, String::new()), &name.value, name.span);
                 if let (Val::Desc(Desc::Lit(value), _), true) =
-                    (value, scope < self.project.files.len())
+                    (value, scope < self.source.files().len())
                 {
                     let param = self.param_of(scope, (&name.value, &address), item, value);
-                    self.spec.params.push(param);
+                    params.push(param);
                 }
                 known.push((address, &name.value));
             }
             self.profiles(scope);
         }
-        self.spec.params.sort_by(|a, b| a.name.cmp(&b.name));
-        for (set, _) in &self.settings.sets {
+        self.program.set_params(params);
+        for (set, _) in &self.params.settings.sets {
             let matching = known.iter().filter(|(address, name)| address == set || name == set);
             let matching: Vec<_> = matching.map(|(address, _)| address.as_str()).collect();
             match matching[..] {
@@ -84,7 +118,7 @@ impl<'a> Checker<'a> {
     fn known_parameter(&mut self, scope: usize, profile: &str, name: &Name) {
         let here = &self.scopes.all[scope].names;
         let declares = |item: &&Item| matches!(item.kind, ItemKind::Param { .. });
-        if self.sated()
+        if self.faults.sated()
             || here.get(name.value.as_str()).is_some_and(declares)
             || self.scopes.lost(scope, &name.value)
         {
@@ -123,7 +157,7 @@ impl<'a> Checker<'a> {
                 |items: &&'a crate::ast::Item| matches!(items.kind, ItemKind::Param { .. });
             self.scopes.all.iter().filter(|s| s.names.get(name).is_some_and(declares)).count() == 1
         };
-        let by_hand = self.settings.sets.iter().rev();
+        let by_hand = self.params.settings.sets.iter().rev();
         let by_hand = by_hand.clone().find(|(set, _)| *set == address || (set == name && unique()));
         let by_hand = by_hand.map(|(_, lit)| lit.clone());
         let Some(ty) = self.ty(ty) else { return Val::Poison };
@@ -133,7 +167,7 @@ impl<'a> Checker<'a> {
         let value = self.quotient(&at, &ty, value, default);
         let mut chosen = self.typed(name, &ty, value, default.span, "default");
         if let Val::Desc(Desc::Lit(default), _) = &chosen.0 {
-            self.defaults.insert((scope, name.to_owned()), default.clone());
+            self.params.defaults.insert((scope, name.to_owned()), default.clone());
         }
         let mut nearest = None;
         let sets = self.scopes.all[scope].sets.get(name).cloned().unwrap_or_default();
@@ -142,17 +176,17 @@ impl<'a> Checker<'a> {
             let value = self.known_before(scope, expr);
             let value = self.quotient(&at, &ty, value, expr);
             let value = self.typed(name, &ty, value, expr.span, &by);
-            let in_force = self.profiles.iter().position(|known| known == profile);
+            let in_force = self.params.profiles.iter().position(|known| known == profile);
             if in_force > nearest {
                 (chosen, nearest) = (value, in_force);
             }
         }
         if let Some(lit) = by_hand {
-            let value = Val::lit(lit.clone(), self.type_of(&lit));
+            let value = Val::lit(lit.clone(), self.library.type_of(&lit));
             chosen = self.typed(name, &ty, value, default.span, "`--set`");
         }
         let (value, by) = chosen;
-        self.set_by.insert((scope, name.to_owned()), by);
+        self.params.set_by.insert((scope, name.to_owned()), by);
         value
     }
 
@@ -171,8 +205,8 @@ impl<'a> Checker<'a> {
         Param {
             name: known_as.to_owned(),
             docs,
-            by: self.set_by.get(&place).cloned().unwrap_or_default(),
-            default: self.defaults.get(&place).unwrap_or(&value).clone(),
+            by: self.params.set_by.get(&place).cloned().unwrap_or_default(),
+            default: self.params.defaults.get(&place).unwrap_or(&value).clone(),
             value,
             deviations,
         }
@@ -186,7 +220,7 @@ impl<'a> Checker<'a> {
         if fits == Fit::No {
             let message = format!("`{name}` is {ty}, but its value by {by} is {found}");
             let fault = Diagnostic::new(Code::Type, span, message, format!("expected {ty}"));
-            let help = self.of_type(ty);
+            let help = self.library.of_type(ty);
             return (self.fault(fault.maybe_help(help)), by);
         }
         if fits == Fit::Widened && !self.exact(&desc, span) {
@@ -213,11 +247,7 @@ impl<'a> Checker<'a> {
 
     /// The type that was written.
     pub(super) fn ty(&mut self, written: &TyExpr) -> Option<Ty> {
-        let families = self.registry.decls().filter_map(|decl| match decl.role {
-            ivx_op::Role::Part(family) => Some(family),
-            ivx_op::Role::Op(_) | ivx_op::Role::Rows(_) => None,
-        });
-        let families: Vec<&str> = families.collect();
+        let families = self.library.families();
         match (written.name.value.as_str(), &written.args[..]) {
             ("Bool", []) => Some(Ty::Bool),
             ("Int", []) => Some(Ty::Int),
@@ -238,28 +268,6 @@ impl<'a> Checker<'a> {
                 self.fault(fault.maybe_help(help));
                 None
             }
-        }
-    }
-
-    /// The type of a complete description.
-    pub(super) fn type_of(&self, lit: &Lit) -> Ty {
-        match lit {
-            Lit::Bool(_) => Ty::Bool,
-            Lit::Int(_) => Ty::Int,
-            Lit::Real(_) => Ty::Float,
-            Lit::Text(_) => Ty::Str,
-            Lit::List(items) => {
-                Ty::List(Box::new(items.first().map_or_else(nothing, |i| self.type_of(i))))
-            }
-            Lit::Part(part) if part.name.is_empty() => Ty::Record(
-                part.args.iter().map(|(name, lit)| (name.clone(), self.type_of(lit))).collect(),
-            ),
-            Lit::Held(_) | Lit::External(_) => nothing(),
-            Lit::Part(part) => match self.registry.decl(&part.name).map(|decl| &decl.role) {
-                Some(ivx_op::Role::Part(family)) => Ty::Part((*family).to_owned()),
-                Some(ivx_op::Role::Rows(_)) => Ty::Part(super::axis::ROWS.to_owned()),
-                _ => nothing(),
-            },
         }
     }
 }

@@ -22,7 +22,7 @@ impl<'a> Checker<'a> {
         let declared: Vec<(&'a str, Option<&'a Name>)> = declared.collect();
         let names: BTreeSet<&str> = declared.iter().map(|(name, _)| *name).collect();
         let bases = self.bases(&declared, &names);
-        let asked = self.settings.profile.as_deref();
+        let asked = self.params.asked();
         let chosen = match asked {
             Some(name) if names.contains(name) => Some(name),
             None => names.contains(USUAL).then_some(USUAL),
@@ -33,7 +33,7 @@ impl<'a> Checker<'a> {
                 None
             }
         };
-        self.spec.profile = chosen.map(str::to_owned);
+        self.program.set_profile(chosen);
         let mut profiles: Vec<String> = Vec::new();
         let mut next = chosen;
         while let Some(name) = next.filter(|name| !profiles.iter().any(|known| known == name)) {
@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
             next = bases.get(name).map(|base| base.value.as_str());
         }
         profiles.reverse();
-        self.profiles = profiles;
+        self.params.choose(profiles);
     }
 
     /// The base of each profile that has one.
@@ -88,7 +88,7 @@ impl<'a> Checker<'a> {
             let fault = Diagnostic::new(Code::Recursion, circle[0].span, message, "begins here");
             let fault =
                 circle[1..].iter().fold(fault, |fault, base| fault.also(base.span, "goes on"));
-            self.diagnostics.push(fault.help("leave out one of the bases"));
+            self.faults.add(fault.help("leave out one of the bases"));
         }
         bases
     }

@@ -1,8 +1,6 @@
 //! Published numbers: files beside a spec.
 
-use std::collections::BTreeSet;
-
-use ivx_op::{Dim, Labels, Lit, read_published};
+use ivx_op::{Dim, Labels, Lit};
 
 use super::Checker;
 use super::expr::At;
@@ -15,31 +13,6 @@ use crate::{Code, Diagnostic, Spanned};
 const ERRORS: &str = "errors";
 
 impl<'a> Checker<'a> {
-    /// Reads every file of published numbers, and reports those that do not read as such.
-    pub(super) fn published_files(&mut self) {
-        let mut seen = BTreeSet::new();
-        for scope in 0..self.scopes.all.len() {
-            for item in self.scopes.all[scope].items {
-                let ItemKind::Published { path, .. } = &item.kind else { continue };
-                let id = (self.file_of(scope), path.value.clone());
-                let text = self.project.files[id.0].texts.get(&path.value);
-                let Some(text) = text.filter(|_| seen.insert(id.clone())) else { continue };
-                match read_published(text) {
-                    Ok(published) => {
-                        self.published.insert(id, published);
-                    }
-                    Err(why) => self.unreadable(path, &why),
-                }
-            }
-        }
-    }
-
-    fn unreadable(&mut self, path: &Spanned<String>, why: &str) {
-        let message = format!("`{}` does not read as published numbers: {why}", path.value);
-        let fault = Diagnostic::new(Code::Published, path.span, message, "not understood");
-        self.fault(fault.help("`ivx explain IVX0408` shows what such a file holds"));
-    }
-
     /// The numbers of a file, or their standard errors.
     ///
     /// - `errors`: where a spec asks for standard errors.
@@ -51,7 +24,7 @@ impl<'a> Checker<'a> {
         errors: Option<&Name>,
     ) -> Val {
         // What cannot be read was reported.
-        let Some(found) = self.published.get(&(self.file_of(scope), path.value.clone())) else {
+        let Some(found) = self.source.published(self.scopes.file_of(scope), &path.value) else {
             return Val::Poison;
         };
         let Some(numbers) = errors.map_or(Some(&found.values), |_| found.errors.as_ref()) else {
@@ -73,8 +46,8 @@ impl<'a> Checker<'a> {
         let known = found.dims.clone();
         let value = self.builtin(at, "published", args, Vec::new(), path.span);
         if let Val::Artifact(id) = value {
-            self.spec.exprs[id.0 as usize].dims = dims;
-            self.labels.extend(known.into_iter().map(|dim| ((id, dim.name), dim.labels)));
+            self.program.set_dims(id, dims);
+            self.labels.note(id, known);
         }
         value
     }
@@ -94,10 +67,6 @@ impl<'a> Checker<'a> {
         let ItemKind::Published { path, .. } = &item.kind else { return None };
         self.uses(at, name);
         Some(self.published(&at.inside(ERRORS), scope, path, Some(field)))
-    }
-
-    fn file_of(&self, scope: usize) -> usize {
-        self.scopes.all[scope].parent.unwrap_or(scope)
     }
 }
 

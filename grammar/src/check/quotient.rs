@@ -25,10 +25,10 @@ impl<'a> Checker<'a> {
         if !self.evaluates(&desc, expr.span) {
             return Val::Poison;
         }
-        let bad = self.places(&desc.axes()).find_map(|place| {
-            let lit = desc.eval(&self.spec.axes, &place).expect("was seen to have a value");
+        let bad = self.program.places(&desc.axes()).find_map(|place| {
+            let lit = desc.eval(self.program.axes(), &place).expect("was seen to have a value");
             let is_whole = lit.as_f64().is_some_and(|x| x.fract() == 0.0 && x.abs() < WHOLE);
-            (!is_whole).then(|| (lit, self.whereabouts(&place)))
+            (!is_whole).then(|| (lit, self.program.whereabouts(&place)))
         });
         let Some((lit, place)) = bad else {
             return Val::Desc(super::value::fold(Desc::Widen(Box::new(desc), Ty::Int)), Ty::Int);

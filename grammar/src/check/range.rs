@@ -69,11 +69,11 @@ impl<'a> Checker<'a> {
 
     /// The coordinates of an axis within a range.
     pub(super) fn restrict_to(&mut self, value: Val, axis: AxisId, ends: Ends, span: Span) -> Val {
-        if self.any_seed == Some(axis) {
+        if self.axes.are_any(axis) {
             // Which seeds there are is not known, and several of them are again any.
             return value;
         }
-        let own = self.spec.axis(axis);
+        let own = self.program.axis(axis);
         let number = |lit: &Lit| match lit {
             Lit::Int(_) | Lit::Real(_) => lit.as_f64(),
             _ => None,
@@ -88,7 +88,7 @@ impl<'a> Checker<'a> {
         let inside = labels.iter().enumerate().filter(|(_, x)| ends.hold(**x));
         let places: Vec<usize> = inside.map(|(place, _)| place).collect();
         if places.is_empty() {
-            return self.none_within(&self.spec.axis(axis).name.clone(), ends, span);
+            return self.none_within(&self.program.axis(axis).name.clone(), ends, span);
         }
         self.restrict(value, axis, places, span)
     }
@@ -102,11 +102,11 @@ impl<'a> Checker<'a> {
         ends: Ends,
         span: Span,
     ) -> Val {
-        if self.spec.expr(id).artifact != Array::KIND {
-            let message = format!("`{dim}` lies inside a {}", self.spec.expr(id).artifact);
+        if self.program.expr(id).artifact != Array::KIND {
+            let message = format!("`{dim}` lies inside a {}", self.program.expr(id).artifact);
             return self.fault(Diagnostic::new(Code::Kind, span, message, "cannot be selected"));
         }
-        match self.labels.get(&(id, dim.to_owned())) {
+        match self.labels.along(id, dim) {
             Some(Labels::Numbers(known)) => {
                 let within = known.iter().copied().filter(|x| ends.hold(*x));
                 let within: Vec<Lit> = within.map(Lit::Real).collect();

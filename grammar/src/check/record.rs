@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgKind, ByName, Role, Ty};
+use ivx_op::{ArgKind, ByName, Role, Takes, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -65,17 +65,17 @@ impl<'a> Checker<'a> {
             },
             Val::Artifact(id) => self.field_of(at, id, name),
             value @ Val::Desc(..) => {
-                let described = self.describe(&value);
+                let described = self.program.describe(&value);
                 self.no_field(&described, name, [].into_iter())
             }
         }
     }
 
     fn field_of(&mut self, at: &At, record: ExprId, name: &Name) -> Val {
-        let Expr { artifact, axes, collected, .. } = self.spec.expr(record).clone();
-        let fields = self.registry.fields(&artifact);
+        let Expr { artifact, axes, collected, .. } = self.program.expr(record).clone();
+        let fields = self.library.registry().fields(&artifact);
         let Some(field) = fields.iter().find(|field| field.name == name.value) else {
-            let described = self.describe(&Val::Artifact(record));
+            let described = self.program.describe(&Val::Artifact(record));
             return self.no_field(&described, name, fields.iter().map(|field| field.name));
         };
         let dims: Vec<String> = field.dims.iter().map(ToString::to_string).collect();
@@ -169,10 +169,8 @@ impl<'a> Checker<'a> {
     ) -> Option<Desc> {
         let ArgKind::Port(port) = arg.kind else { unreachable!("only ports are held") };
         debug_assert!(!matches!(decl.role, Role::Op(_)), "operations have ports of their own");
-        let (items, list) = match &expr.kind {
-            ExprKind::List(items) if port.list => (items.as_slice(), true),
-            _ => (std::slice::from_ref(expr), false),
-        };
+        let list = port.takes == Takes::Many && matches!(expr.kind, ExprKind::List(_));
+        let items = self.values_given(decl, arg, port, expr)?;
         let mut descs = Vec::new();
         for item in items {
             let value = self.expr(at, item);
@@ -186,17 +184,11 @@ impl<'a> Checker<'a> {
             }
             let id = self.accepted(at, decl, arg, port, value, item.span)?;
             let gathered = self.gathered(port, id, &[], item.span)?;
-            let own = self.spec.expr(id).axes.iter().copied();
+            let own = self.program.expr(id).axes.iter().copied();
             let axes: BTreeSet<_> = own.filter(|axis| !gathered.contains(axis)).collect();
             let feed = Feed { gathered, ..Feed::one(id) };
-            descs.push(self.hold(feed, axes));
+            descs.push(self.program.hold(feed, axes));
         }
         if list { Some(Desc::List(descs)) } else { descs.pop() }
-    }
-
-    /// A description of something computed.
-    pub(super) fn hold(&mut self, feed: Feed, axes: BTreeSet<ir::AxisId>) -> Desc {
-        self.spec.held.push(feed);
-        Desc::Held(self.spec.held.len() - 1, axes)
     }
 }

@@ -35,15 +35,15 @@ impl<'a> Checker<'a> {
         let mut axes: BTreeSet<AxisId> = descs.values().flat_map(Desc::axes).collect();
         axes.extend(held.values().flat_map(|known| known.axes()));
         axes.extend(fed.iter().flat_map(|(_, all)| all).flatten().flat_map(|known| known.axes()));
-        let n = self.extent(&axes);
+        let n = self.program.extent(&axes);
         let each = axes.len() + descs.values().map(Desc::size).sum::<usize>();
-        if n > self.max_nodes || !self.shapes.room(n, 1 + each) {
+        if n > self.budget.max_nodes() || !self.shapes.room(n, 1 + each) {
             // Refused where it is counted, or far too much.
             return Ok(None);
         }
         let over = |feed: &Feed| {
-            let expr = self.spec.expr(feed.expr);
-            self.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect()
+            let expr = self.program.expr(feed.expr);
+            self.program.names(&expr.axes).into_iter().chain(expr.dims.clone()).collect()
         };
         let over: BTreeMap<String, Vec<Vec<String>>> = ports
             .iter()
@@ -52,8 +52,8 @@ impl<'a> Checker<'a> {
         let given: Vec<&str> =
             args.iter().filter(|(_, expr)| expr.is_some()).map(|(arg, _)| arg.name).collect();
         let mut results = Vec::new();
-        for place in self.places(&axes) {
-            let value = |desc: &Desc| desc.eval(&self.spec.axes, &place).ok();
+        for place in self.program.places(&axes) {
+            let value = |desc: &Desc| desc.eval(self.program.axes(), &place).ok();
             let own = descs.iter().map(|(name, desc)| {
                 let mut lit = value(desc)?;
                 lit.foresee(&|slot| held.get(&slot)?.at(&place).cloned());
@@ -72,7 +72,7 @@ impl<'a> Checker<'a> {
             let shapes = decl.shapes.and_then(|shapes| shapes(&facts));
             results.push(shapes.map(|shapes| self.shapes.one(shapes)));
         }
-        Ok(Known::new(self.sized(&axes), results))
+        Ok(Known::new(self.program.sized(&axes), results))
     }
 
     /// What is known of the shapes of what parts among descriptions hold, by slot.
@@ -86,7 +86,7 @@ impl<'a> Checker<'a> {
             });
         }
         let known = slots.into_iter().filter_map(|slot| {
-            let feed = self.spec.held[slot].clone();
+            let feed = self.program.held(slot).clone();
             Some((slot, self.fed_shapes(&feed)?))
         });
         known.collect()
@@ -106,7 +106,7 @@ impl<'a> Checker<'a> {
             Some(expr) => (expr.span, "does not go with the rest".to_owned()),
             None => (span, format!("`{}` is left to its default", wrong.arg)),
         };
-        let message = format!("{}{}", wrong.message, self.whereabouts(place));
+        let message = format!("{}{}", wrong.message, self.program.whereabouts(place));
         let fault = Diagnostic::new(Code::Rule, span, message, label).help(wrong.help);
         let fed = ports.iter().find(|(port, _)| port == wrong.arg).map(|(_, feeds)| &feeds[..]);
         let origin = match (given, fed) {
@@ -129,7 +129,7 @@ impl<'a> Checker<'a> {
     fn made_at(&self, mut id: ExprId, place: &Place) -> Span {
         let mut place = place.clone();
         loop {
-            let next = match &self.spec.expr(id).kind {
+            let next = match &self.program.expr(id).kind {
                 ExprKind::Number(_) | ExprKind::Op(_) => None,
                 ExprKind::Pick { base, axis, place: coordinate } => {
                     place.insert(*axis, *coordinate);
@@ -143,7 +143,7 @@ impl<'a> Checker<'a> {
             };
             match next {
                 Some(next) => id = next,
-                None => return self.spans[id.0 as usize],
+                None => return self.program.span(id),
             }
         }
     }

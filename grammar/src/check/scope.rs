@@ -74,6 +74,11 @@ impl<'a> Scopes<'a> {
         scopes
     }
 
+    /// The file that a scope is or lies in.
+    pub(super) fn file_of(&self, scope: usize) -> usize {
+        self.all[scope].parent.unwrap_or(scope)
+    }
+
     /// The scope of an experiment that is declared in a file.
     pub(super) fn experiment(&self, file: usize, item: &Item) -> Option<usize> {
         let ItemKind::Experiment { name, .. } = &item.kind else { return None };

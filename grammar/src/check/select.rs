@@ -1,16 +1,17 @@
 //! Selection: `x[ke: "WCM"]`, along axes and along dimensions.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
 use super::expr::At;
+use super::meant::{Meant, labels_help, text};
 use super::range::{Ends, Selected};
 use super::value::{Val, fold};
 use crate::ast::{self, Name};
-use crate::ir::{AxisId, Coord, Desc, Expr, ExprId, ExprKind, Feed};
-use crate::{Code, Diagnostic, Span, suggest};
+use crate::ir::{AxisId, Desc, ExprId, ExprKind, Feed};
+use crate::{Code, Diagnostic, Span};
 
 impl<'a> Checker<'a> {
     /// What a selection amounts to.
@@ -32,7 +33,7 @@ impl<'a> Checker<'a> {
             Val::Poison => return Val::Poison,
             Val::Desc(desc, _) => (desc.axes(), Vec::new()),
             Val::Artifact(id) => {
-                (self.spec.expr(*id).axes.clone(), self.spec.expr(*id).dims.clone())
+                (self.program.expr(*id).axes.clone(), self.program.expr(*id).dims.clone())
             }
         };
         let Some(labels) = self.selected(at, label) else { return Val::Poison };
@@ -75,15 +76,16 @@ impl<'a> Checker<'a> {
             Selected::Between(Ends { from, to }) => Lit::Real(from.or(*to).unwrap_or_default()),
         };
         let label = &label;
-        let known: Vec<String> = self.names(axes).into_iter().chain(dims.iter().cloned()).collect();
+        let known: Vec<String> =
+            self.program.names(axes).into_iter().chain(dims.iter().cloned()).collect();
         let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
         let has = |axis: &&AxisId| {
-            let coords = &self.spec.axis(**axis).coords;
+            let coords = &self.program.axis(**axis).coords;
             Meant::by(std::slice::from_ref(label), coords).place(label).is_some()
         };
         let written = match axes.iter().find(has).or_else(|| axes.iter().next()) {
             Some(axis) => {
-                let axis = self.spec.axis(*axis);
+                let axis = self.program.axis(*axis);
                 let own = Meant::by(std::slice::from_ref(label), &axis.coords).place(label);
                 let coord = own.or(Some(0)).and_then(|place| axis.coords.get(place));
                 let coord = coord.map_or_else(String::new, |coord| match &coord.value {
@@ -119,14 +121,14 @@ impl<'a> Checker<'a> {
             ));
         }
         let one = !matches!(label, Lit::List(_));
-        if self.any_seed == Some(axis) {
+        if self.axes.are_any(axis) {
             // Each label may be one of the seeds, and several of them are again any.
             return if one { self.pick(value, axis, 0, span) } else { value };
         }
         let (mut places, mut seen) = (Vec::new(), BTreeSet::new());
-        let meant = Meant::by(labels, &self.spec.axis(axis).coords);
+        let meant = Meant::by(labels, &self.program.axis(axis).coords);
         for label in labels {
-            let coords = &self.spec.axis(axis).coords;
+            let coords = &self.program.axis(axis).coords;
             let found = meant.place(label);
             if let Some((first, other)) = found.and_then(|i| Some((i, meant.ambiguous(label, i)?)))
             {
@@ -139,7 +141,8 @@ impl<'a> Checker<'a> {
             }
             let Some(place) = found else {
                 let help = labels_help(label, coords);
-                let message = format!("axis `{}` has no label {label}", self.spec.axis(axis).name);
+                let message =
+                    format!("axis `{}` has no label {label}", self.program.axis(axis).name);
                 let fault = Diagnostic::new(Code::UnknownLabel, span, message, "no such label");
                 return self.fault(fault.maybe_help(help));
             };
@@ -165,7 +168,7 @@ impl<'a> Checker<'a> {
     }
 
     fn pick_expr(&mut self, base: ExprId, axis: AxisId, place: usize, span: Span) -> ExprId {
-        let mut expr = self.spec.expr(base).clone();
+        let mut expr = self.program.expr(base).clone();
         expr.axes.remove(&axis);
         expr.collected.remove(&axis);
         expr.kind = ExprKind::Pick { base, axis, place };
@@ -177,16 +180,16 @@ impl<'a> Checker<'a> {
     fn pick_desc(&mut self, desc: &Desc, axis: AxisId, place: usize, span: Span) -> Desc {
         desc.change(&mut |desc| match desc {
             Desc::Axis(own) if *own == axis => {
-                Some(Desc::Lit(self.spec.axis(axis).coords[place].value.clone()))
+                Some(Desc::Lit(self.program.axis(axis).coords[place].value.clone()))
             }
             Desc::Match(own, arms) if *own == axis => {
                 Some(self.pick_desc(&arms[place], axis, place, span))
             }
             Desc::Held(slot, axes) if axes.contains(&axis) => {
-                let feed = self.spec.held[*slot].clone();
+                let feed = self.program.held(*slot).clone();
                 let picked = self.pick_expr(feed.expr, axis, place, span);
                 let axes = axes.iter().copied().filter(|own| *own != axis).collect();
-                Some(self.hold(Feed { expr: picked, ..feed }, axes))
+                Some(self.program.hold(Feed { expr: picked, ..feed }, axes))
             }
             _ => None,
         })
@@ -200,7 +203,11 @@ impl<'a> Checker<'a> {
         places: Vec<usize>,
         span: Span,
     ) -> Val {
-        let kept = Kept { axis, restricted: self.restricted_axis(axis, &places), places };
+        let kept = Kept {
+            axis,
+            restricted: self.axes.restricted(&mut self.program, axis, &places),
+            places,
+        };
         match value {
             Val::Desc(desc, ty) => Val::Desc(self.restrict_desc(&desc, &kept, span), ty),
             Val::Artifact(base) => Val::Artifact(self.restrict_expr(base, &kept, span)),
@@ -210,7 +217,7 @@ impl<'a> Checker<'a> {
 
     fn restrict_expr(&mut self, base: ExprId, kept: &Kept, span: Span) -> ExprId {
         let Kept { axis, restricted, places } = kept.clone();
-        let mut expr = self.spec.expr(base).clone();
+        let mut expr = self.program.expr(base).clone();
         expr.axes.remove(&axis);
         expr.axes.insert(restricted);
         if expr.collected.remove(&axis) {
@@ -232,11 +239,11 @@ impl<'a> Checker<'a> {
                 Some(Desc::Match(*restricted, arms.collect()))
             }
             Desc::Held(slot, axes) if axes.contains(axis) => {
-                let feed = self.spec.held[*slot].clone();
+                let feed = self.program.held(*slot).clone();
                 let expr = self.restrict_expr(feed.expr, kept, span);
                 let axes = axes.iter().map(|own| if own == axis { *restricted } else { *own });
                 let axes = axes.collect();
-                Some(self.hold(Feed { expr, ..feed }, axes))
+                Some(self.program.hold(Feed { expr, ..feed }, axes))
             }
             _ => None,
         })
@@ -251,8 +258,8 @@ impl<'a> Checker<'a> {
         label: &Lit,
         span: Span,
     ) -> Val {
-        if self.spec.expr(id).artifact != Array::KIND {
-            let message = format!("`{dim}` lies inside a {}", self.spec.expr(id).artifact);
+        if self.program.expr(id).artifact != Array::KIND {
+            let message = format!("`{dim}` lies inside a {}", self.program.expr(id).artifact);
             return self.fault(Diagnostic::new(Code::Kind, span, message, "cannot be selected"));
         }
         let one = !matches!(label, Lit::List(_));
@@ -279,9 +286,10 @@ impl<'a> Checker<'a> {
                 return Val::Poison;
             }
             if one {
-                let Expr { dims, .. } = &mut self.spec.exprs[selected.0 as usize];
+                let mut dims = self.program.expr(selected).dims.clone();
                 dims.retain(|own| own != dim);
-                self.labels.remove(&(selected, dim.to_owned()));
+                self.program.set_dims(selected, dims);
+                self.labels.forget(selected, dim);
             }
         }
         selected
@@ -318,100 +326,6 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The places along an axis that some labels mean.
-struct Meant {
-    by_label: BTreeMap<String, usize>,
-    by_value: BTreeMap<Key, Vec<(usize, Lit)>>,
-}
-
-/// What values are looked up by; numbers by the bits of the nearest real.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Key {
-    Bool(bool),
-    Number(u64),
-}
-
-impl Meant {
-    /// In one pass over the coordinates.
-    fn by(labels: &[Lit], coords: &[Coord]) -> Self {
-        let wanted: BTreeSet<String> = labels.iter().map(text).collect();
-        let values: BTreeSet<Key> = labels.iter().filter_map(key).collect();
-        let mut meant = Self { by_label: BTreeMap::new(), by_value: BTreeMap::new() };
-        for (place, Coord { label, value }) in coords.iter().enumerate() {
-            if wanted.contains(label) {
-                meant.by_label.entry(label.clone()).or_insert(place);
-            }
-            if let Some(key) = key(value).filter(|key| values.contains(key)) {
-                meant.by_value.entry(key).or_default().push((place, value.clone()));
-            }
-        }
-        meant
-    }
-
-    /// The first place that a label means: a text its label, a number its value.
-    fn place(&self, label: &Lit) -> Option<usize> {
-        match label {
-            Lit::Text(text) => self.by_label.get(text).copied(),
-            number => self.valued(number).next(),
-        }
-    }
-
-    /// Another place that a number may mean, by its value or by its label.
-    fn ambiguous(&self, label: &Lit, place: usize) -> Option<usize> {
-        if matches!(label, Lit::Text(_)) {
-            return None;
-        }
-        let labelled = self.by_label.get(&text(label)).copied();
-        self.valued(label).chain(labelled).filter(|other| *other != place).min()
-    }
-
-    /// The places of a value, in order. Whole numbers equal only themselves.
-    fn valued<'l>(&'l self, wanted: &'l Lit) -> impl Iterator<Item = usize> + 'l {
-        let known = key(wanted).and_then(|key| self.by_value.get(&key)).into_iter().flatten();
-        let same = move |value: &Lit| match (value, wanted) {
-            (Lit::Int(a), Lit::Int(b)) => a == b,
-            _ => true,
-        };
-        known.filter(move |(_, value)| same(value)).map(|(place, _)| *place)
-    }
-}
-
-/// Which labels there are: a number is no misspelling of another.
-fn labels_help(label: &Lit, coords: &[Coord]) -> Option<String> {
-    let numeric = coords.iter().all(|coord| coord.label.parse::<f64>().is_ok());
-    let known = || coords.iter().map(|coord| coord.label.as_str());
-    if !numeric && matches!(label, Lit::Text(_)) {
-        return suggest(&text(label), known());
-    }
-    let show = |label: &str| if numeric { format!("`{label}`") } else { format!("`{label:?}`") };
-    let shown: Vec<String> = match coords {
-        [] => return None,
-        [first @ .., last] if coords.len() > MOST_LABELS => {
-            let first = first.iter().take(MOST_LABELS - 2).map(|coord| show(&coord.label));
-            first.chain(["..".to_owned(), show(&last.label)]).collect()
-        }
-        all => all.iter().map(|coord| show(&coord.label)).collect(),
-    };
-    Some(format!("its labels are {}", shown.join(", ")))
-}
-
-/// At most so many labels are listed.
-const MOST_LABELS: usize = 12;
-
-/// What a coordinate that a label names is called.
-fn text(label: &Lit) -> String {
-    if let Lit::Text(text) = label { text.clone() } else { label.to_string() }
-}
-
-/// What a value is looked up by; none if it is neither a number nor a truth value.
-fn key(value: &Lit) -> Option<Key> {
-    match value {
-        Lit::Bool(b) => Some(Key::Bool(*b)),
-        // Adding 0 makes 0 of -0, which it equals.
-        number => number.as_f64().map(|x| Key::Number((x + 0.0).to_bits())),
-    }
-}
-
 /// Some coordinates of an axis, which make one of their own.
 #[derive(Clone)]
 struct Kept {
@@ -419,49 +333,4 @@ struct Kept {
     restricted: AxisId,
     /// Their places along `axis`, in the order of `restricted`.
     places: Vec<usize>,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn labels_mean_the_first_place_of_their_name_or_value() {
-        let coords = |values: &[(&str, Lit)]| -> Vec<Coord> {
-            let coord = |(label, value): &(&str, Lit)| Coord {
-                label: (*label).to_owned(),
-                value: value.clone(),
-            };
-            values.iter().map(coord).collect()
-        };
-        let large = 1_i64 << 53;
-        let axis = coords(&[
-            ("2", 7.into()),
-            ("zero", Lit::Real(-0.0)),
-            ("half", 0.5.into()),
-            ("7", 2.0.into()),
-            ("large", large.into()),
-            ("larger", (large + 1).into()),
-            ("yes", Lit::Bool(true)),
-        ]);
-        let check = |label: Lit, place: Option<usize>, other: Option<usize>| {
-            // Among other labels, and alone.
-            for labels in [vec!["half".into(), label.clone(), 2.into()], vec![label.clone()]] {
-                let meant = Meant::by(&labels, &axis);
-                assert_eq!(meant.place(&label), place, "{label}");
-                let found = place.and_then(|place| meant.ambiguous(&label, place));
-                assert_eq!(found, other, "{label}");
-            }
-        };
-        check("7".into(), Some(3), None);
-        check(7.into(), Some(0), Some(3));
-        check(2.into(), Some(3), Some(0));
-        check(0.into(), Some(1), None);
-        check(0.5.into(), Some(2), None);
-        check((large + 1).into(), Some(5), None);
-        check(large.into(), Some(4), None);
-        check(Lit::Bool(true), Some(6), None);
-        check("true".into(), None, None);
-        check(3.into(), None, None);
-    }
 }

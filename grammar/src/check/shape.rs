@@ -62,7 +62,7 @@ impl Checker<'_> {
             return;
         }
         let of = |id: &ExprId| self.shapes.of.get(id).cloned();
-        let known = match &self.spec.expr(id).kind {
+        let known = match &self.program.expr(id).kind {
             ExprKind::Number(_) | ExprKind::Op(_) => None,
             ExprKind::Pick { base, axis, place } => {
                 let (axis, coordinate) = (*axis, *place);
@@ -81,7 +81,7 @@ impl Checker<'_> {
                 })
             }
             // Which seeds there are is not known.
-            ExprKind::Match { axis, .. } if self.any_seed == Some(*axis) => None,
+            ExprKind::Match { axis, .. } if self.axes.are_any(*axis) => None,
             ExprKind::Match { axis, arms } => {
                 let axis = *axis;
                 let arms: Vec<Option<Arc<Known>>> = arms.iter().map(of).collect();
@@ -145,8 +145,8 @@ impl Checker<'_> {
         if seen.is_empty() {
             return Some(known);
         }
-        let inside: Vec<Place> = self.places(&seen).collect();
-        if !self.shapes.room(self.extent(&axes), inside.len()) {
+        let inside: Vec<Place> = self.program.places(&seen).collect();
+        if !self.shapes.room(self.program.extent(&axes), inside.len()) {
             return None;
         }
         self.known_over(&axes, |place| {
@@ -166,15 +166,10 @@ impl Checker<'_> {
         axes: &BTreeSet<AxisId>,
         at: impl FnMut(Place) -> Option<Arc<Shapes>>,
     ) -> Option<Arc<Known>> {
-        if !self.shapes.room(self.extent(axes), 1 + axes.len()) {
+        if !self.shapes.room(self.program.extent(axes), 1 + axes.len()) {
             return None;
         }
-        Known::new(self.sized(axes), self.places(axes).map(at).collect())
-    }
-
-    /// Axes, and how many coordinates each has.
-    pub(super) fn sized(&self, axes: &BTreeSet<AxisId>) -> Vec<(AxisId, usize)> {
-        axes.iter().map(|axis| (*axis, self.spec.axis(*axis).coords.len())).collect()
+        Known::new(self.program.sized(axes), self.program.places(axes).map(at).collect())
     }
 }
 

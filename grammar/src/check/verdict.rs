@@ -39,19 +39,23 @@ impl Checker<'_> {
         judged: &mut Judged,
     ) -> Option<ExprId> {
         // A side that rests on too few seeds decides nothing, whatever the other rests on.
-        let seeds = ids.map(|side| self.n_seeds(side)).into_iter().filter(|n| *n > 0).min();
-        let is_drawn =
-            seeds.is_some() || ids.iter().any(|id| self.over_seeds(*id) || self.loses_seeds(*id));
+        let seeds = ids
+            .map(|side| self.drawn.n_seeds(&self.program, side))
+            .into_iter()
+            .filter(|n| *n > 0)
+            .min();
+        let is_drawn = seeds.is_some()
+            || ids.iter().any(|id| self.program.over_seeds(*id) || self.drawn.loses_seeds(*id));
         if !is_drawn {
             judged.marks.insert(Mark::Deterministic);
         }
-        if ids.iter().any(|id| self.chooses_seeds(*id)) {
+        if ids.iter().any(|id| self.drawn.chooses_seeds(*id)) {
             judged.marks.insert(Mark::ChosenSeeds);
         }
         let plain = Sides { relation, ids, behind: BTreeSet::new(), by: judged.by.clone() };
         let sides = match self.share(&plain, judged) {
             Some(share) => share,
-            None if ids.iter().any(|id| self.loses_seeds(*id)) => {
+            None if ids.iter().any(|id| self.drawn.loses_seeds(*id)) => {
                 self.behind(plain, judged, spans.0)
             }
             None => plain,
@@ -64,7 +68,7 @@ impl Checker<'_> {
             self.fault(fault.help("leave `by` out, or compare without reducing over `seed`"));
             return None;
         }
-        let axis_sizes = sides.behind.iter().filter_map(|id| self.n_axis_seeds(*id));
+        let axis_sizes = sides.behind.iter().filter_map(|id| self.program.n_axis_seeds(*id));
         let seeds = seeds.into_iter().chain(axis_sizes).min().unwrap_or(0);
         let seeds = i64::try_from(seeds).expect("axes are bounded");
         let by = if sides.by.is_empty() { "tails".to_owned() } else { sides.by };
@@ -79,10 +83,10 @@ impl Checker<'_> {
                 Desc::Lit(Lit::Bool(judged.marks.contains(&Mark::OfTheseSeeds))),
             ),
         ]);
-        let [left, right] = sides.ids.map(|id| vec![self.everything(id)]);
+        let [left, right] = sides.ids.map(|id| vec![self.program.everything(id)]);
         // Seeds along an axis are counted here, those inside when they are there.
-        let inside = sides.behind.iter().filter(|id| self.seed_of(**id).is_none());
-        let behind = inside.map(|id| self.everything(*id)).collect();
+        let inside = sides.behind.iter().filter(|id| self.program.seed_of(**id).is_none());
+        let behind = inside.map(|id| self.program.everything(*id)).collect();
         let ports = [("left", left), ("right", right), ("behind", behind)];
         let ports = ports.map(|(port, feeds)| (port.to_owned(), feeds));
         let op = Op { name: "claim".to_owned(), args, ports: ports.into(), stochastic: false };
@@ -100,7 +104,7 @@ impl Checker<'_> {
     /// The condition and what its share of seeds is compared with, where a claim compares such a share with what rests
     /// on no seeds and asks for no other method.
     fn share(&self, plain: &Sides, judged: &Judged) -> Option<Sides> {
-        let fixed = |id: ExprId| !self.over_seeds(id) && !self.loses_seeds(id);
+        let fixed = |id: ExprId| !self.program.over_seeds(id) && !self.drawn.loses_seeds(id);
         let [left, right] = plain.ids;
         let (ids, by) = match (self.share_of_seeds(left), self.share_of_seeds(right)) {
             (Some(condition), _) if fixed(right) => ([condition, right], BINOMIAL),

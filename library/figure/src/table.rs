@@ -31,9 +31,9 @@ declare! {
         rows: AxisNames;
         /// Axes that have a column for each label, innermost; others come before them.
         columns: AxisNames = Vec::<&str>::new();
-        /// Values to show in columns behind, such as published numbers: those that have the labels
-        /// of a row. They need not have every label.
-        beside: Many<Everything<Array>> = Vec::<i64>::new();
+        /// A value to show in columns behind, such as published numbers: those that have the labels
+        /// of a row. It need not have every label.
+        beside: Option<Everything<Array>>;
         /// Whether each of those columns is followed by how much higher ours is, where one of ours is of the
         /// same labels.
         difference: bool = false;
@@ -51,17 +51,15 @@ impl Op for Tabulate {
         let arranged = |value| arrange(value, &self.rows.0, &self.columns.0);
         let mut values: Vec<Arranged> =
             self.values.0.iter().map(arranged).collect::<Result<_, _>>()?;
-        let beside = |value| arrange(value, &self.rows.0, &[]);
-        let mut beside: Vec<Arranged> =
-            self.beside.0.iter().map(beside).collect::<Result<_, _>>()?;
+        let beside = self.beside.as_ref().map(|value| arrange(value, &self.rows.0, &[]));
+        let mut beside: Option<Arranged> = beside.transpose()?;
         let best = Best::named(&self.best).map_err(OpError::Failed)?;
         name_each(values.iter_mut().chain(&mut beside));
         let rows = same_rows(&values)?;
         let mut columns = columns(&values, values.len() == 1, best);
         let n_ours = columns.len();
-        for beside in beside {
-            let theirs = columns_beside(beside, rows);
-            for column in theirs {
+        if let Some(beside) = beside {
+            for column in columns_beside(beside, rows) {
                 let difference =
                     if self.difference { difference(&columns[..n_ours], &column) } else { None };
                 columns.push(column);
@@ -171,20 +169,20 @@ mod tests {
     use super::*;
 
     fn table(values: Vec<(&str, Everything<Array>)>, columns: &[&str]) -> Result<Table, OpError> {
-        table_beside(values, columns, Vec::new())
+        table_beside(values, columns, None)
     }
 
     fn table_beside(
         values: Vec<(&str, Everything<Array>)>,
         columns: &[&str],
-        beside: Vec<(&str, Everything<Array>)>,
+        beside: Option<(&str, Everything<Array>)>,
     ) -> Result<Table, OpError> {
         let named = |(name, mut value): (&str, Everything<Array>)| {
             value.0.name = name.to_owned();
             value
         };
         let values = Many(values.into_iter().map(named).collect());
-        let beside = Many(beside.into_iter().map(named).collect());
+        let beside = beside.map(named);
         let (rows, columns) = (axes(&["ke"]), axes(columns));
         let best = "none".to_owned();
         let table = Tabulate { values, rows, columns, beside, difference: false, digits: 2, best };
@@ -246,7 +244,7 @@ mod tests {
 | new |     3.00 |                 |                 |
 ";
         let csv = "ke,task = a,\"paper, task = a\",\"paper, task = b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
-        check(&table_beside(vec![("gap", ours)], &[], vec![("paper", theirs)]).unwrap(), md, csv);
+        check(&table_beside(vec![("gap", ours)], &[], Some(("paper", theirs))).unwrap(), md, csv);
     }
 
     #[test]

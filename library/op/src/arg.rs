@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::{ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Shapes, Ty};
+use crate::{ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Shapes, Takes, Ty};
 
 /// What one run, or one part, is built from.
 #[derive(Clone, Debug, Default)]
@@ -309,10 +309,28 @@ macro_rules! port {
 
         impl<A: Artifact> Arg for $wrapper<A> {
             fn kind() -> ArgKind {
-                ArgKind::Port(Port { artifact: Self::ARTIFACT, gather: Self::GATHER, list: false })
+                ArgKind::Port(Port { artifact: Self::ARTIFACT, gather: Self::GATHER, takes: Takes::One })
             }
             fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
                 fed(call, name)?.first().and_then(Fed::decode).ok_or(ArgError::Decode(name))
+            }
+        }
+
+        /// A port that may be left out.
+        impl<A: Artifact> Arg for Option<$wrapper<A>> {
+            fn kind() -> ArgKind {
+                let takes = Takes::AtMostOne;
+                let (artifact, gather) = ($wrapper::<A>::ARTIFACT, $wrapper::<A>::GATHER);
+                ArgKind::Port(Port { artifact, gather, takes })
+            }
+            fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+                match fed(call, name) {
+                    Err(ArgError::Missing(_)) => Ok(None),
+                    fed => {
+                        let one = |fed: &Fed| fed.decode().ok_or(ArgError::Decode(name));
+                        fed?.first().map(one).transpose()
+                    }
+                }
             }
         }
     )+};
@@ -328,7 +346,7 @@ port! {
 
 impl<P: PortType> Arg for Many<P> {
     fn kind() -> ArgKind {
-        ArgKind::Port(Port { artifact: P::ARTIFACT, gather: P::GATHER, list: true })
+        ArgKind::Port(Port { artifact: P::ARTIFACT, gather: P::GATHER, takes: Takes::Many })
     }
     fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
         let decoded = fed(call, name)?.iter().map(Fed::decode).collect::<Option<_>>();

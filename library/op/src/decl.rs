@@ -146,6 +146,13 @@ pub struct ArgDecl {
 }
 
 impl ArgDecl {
+    /// Whether a spec may leave it out: it has a default, or is a port that takes none as well.
+    #[must_use]
+    pub fn is_optional(&self) -> bool {
+        let none = matches!(self.kind, ArgKind::Port(Port { takes: Takes::AtMostOne, .. }));
+        none || self.default.is_some()
+    }
+
     /// ` mm` behind its numbers; nothing where it has no unit.
     #[must_use]
     pub fn in_unit(&self) -> String {
@@ -178,8 +185,19 @@ pub struct Port {
     pub artifact: &'static str,
     /// What one run sees of a value that varies.
     pub gather: Gather,
-    /// Whether it also takes a list of values.
-    pub list: bool,
+    /// How many values it takes.
+    pub takes: Takes,
+}
+
+/// How many values a port takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Takes {
+    /// One.
+    One,
+    /// One, or none where it is left out.
+    AtMostOne,
+    /// One, or a list of them.
+    Many,
 }
 
 /// What one run sees of a value that varies over axes.
@@ -253,6 +271,8 @@ impl fmt::Display for Decl {
             write!(f, "{}{}: {}", if i == 0 { "" } else { ", " }, arg.name, arg.kind)?;
             if let Some(default) = &arg.default {
                 write!(f, " = {default}")?;
+            } else if arg.is_optional() {
+                f.write_str(" = none")?;
             }
         }
         match &self.role {
@@ -296,7 +316,7 @@ impl fmt::Display for Port {
         match self.gather {
             Gather::Members => write!(f, "Ensemble<{}>", self.artifact),
             Gather::Collected => write!(f, "Collection<{}>", self.artifact),
-            _ if self.list => write!(f, "List<{}>", self.artifact),
+            _ if self.takes == Takes::Many => write!(f, "List<{}>", self.artifact),
             _ => f.write_str(self.artifact),
         }
     }

@@ -18,6 +18,8 @@
 ///     pub struct Jitter = "jitter" @ 1, stochastic -> Array [like value] {
 ///         /// A port: an artifact, one coordinate at a time.
 ///         value: One<Array>;
+///         /// A port that may be left out.
+///         beside: Option<One<Array>>;
 ///         /// A description, with its range and its unit.
 ///         scale: f64 = 1.0, in 0.0.., unit "metres";
 ///     }

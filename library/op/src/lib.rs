@@ -31,7 +31,9 @@ pub use arg::{
 pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, distance, kind_of, read_tensors};
 pub use by_name::ByName;
-pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
+pub use decl::{
+    ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Takes, Ty,
+};
 pub use declare::field_name;
 pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
 pub use holm::holm;

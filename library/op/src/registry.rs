@@ -371,6 +371,49 @@ mod tests {
         }
     }
 
+    declare! {
+        /// A number, or another one where that is given.
+        struct Instead = "instead" @ 1 -> Array {
+            /// The number.
+            of: One<Array>;
+            /// The other one.
+            other: Option<One<Array>>;
+        }
+    }
+
+    impl Op for Instead {
+        fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+            Ok(self.other.as_ref().unwrap_or(&self.of).0.clone())
+        }
+    }
+
+    #[test]
+    fn a_port_may_be_left_out() {
+        let registry = Registry::default().op::<Instead>();
+        let one = |x: f64| crate::Gathered {
+            dims: vec![],
+            values: vec![Bytes::from(Array::scalar(x).encode())],
+            name: String::new(),
+        };
+        let run = |ports: Vec<(&str, Vec<crate::Gathered<Bytes>>)>| {
+            let ports = ports.into_iter().map(|(name, fed)| (name.to_owned(), fed)).collect();
+            let call = Call { args: Args::new(), ports };
+            let out = registry.run("instead", &call, &Ctx::new("instead", 0, None));
+            out.map(|bytes| Array::decode(&bytes).expect("is one").values[0])
+        };
+        assert_eq!(run(vec![("of", vec![one(1.0)]), ("other", vec![one(2.0)])]), Ok(2.0));
+        assert_eq!(run(vec![("of", vec![one(1.0)]), ("other", vec![])]), Ok(1.0));
+        assert_eq!(run(vec![("of", vec![one(1.0)])]), Ok(1.0));
+        // What is given and does not decode is not left out.
+        let bad = crate::Gathered { values: vec![Bytes::from(*b"?")], ..one(0.0) };
+        let failed = run(vec![("of", vec![one(1.0)]), ("other", vec![bad])]);
+        assert_eq!(failed, Err(OpError::Arg(ArgError::Decode("other"))));
+        assert_eq!(run(vec![]), Err(OpError::Arg(ArgError::Missing("of"))));
+        let decl = registry.decl("instead").expect("registered");
+        assert_eq!(decl.to_string(), "instead(of: Array, other: Array = none) -> Array");
+        assert_eq!([decl.args[0].is_optional(), decl.args[1].is_optional()], [false, true]);
+    }
+
     #[test]
     fn a_declared_operation_runs_with_its_parts() {
         let registry = Registry::default().op::<Area>().parts(shapes());

@@ -126,6 +126,7 @@ op! { Both = "both" -> Images { left: One<Images>, right: One<Images> } rule sam
 op! { Join = "join" -> Images { all: Collected<Images> } shapes joined; }
 op! { Guess = "guess" -> Array { by: One<Machine>, of: One<Images> } rule guesses; }
 op! { Vote = "vote" -> Array { by: Members<Machine>, of: One<Images> } rule guesses; }
+op! { Maybe = "maybe" -> Array { on: One<Images>, beside: Option<One<Images>> } rule maybe; }
 op! { Show = "show" -> Array { all: Many<One<Images>> } rule shown; }
 
 fn drawn(facts: &Facts<'_>) -> Option<Shapes> {
@@ -164,6 +165,11 @@ fn guesses(facts: &Facts<'_>) -> Result<(), Wrong> {
     alike(facts, &["by", "of"])
 }
 
+fn maybe(facts: &Facts<'_>) -> Result<(), Wrong> {
+    assert_eq!(facts.over["beside"].is_empty(), !facts.is_given("beside"));
+    alike(facts, &["on", "beside"])
+}
+
 fn shown(facts: &Facts<'_>) -> Result<(), Wrong> {
     alike(facts, &["all"])
 }
@@ -183,6 +189,7 @@ fn told_of(texts: &[&str]) -> Vec<String> {
         .op::<Join>()
         .op::<Guess>()
         .op::<Vote>()
+        .op::<Maybe>()
         .op::<Show>()
         .parts(nets());
     let files = texts.iter().enumerate().map(|(i, text)| {
@@ -226,6 +233,31 @@ fn a_rule_sees_the_shapes_of_what_ports_take() {
     check(
         "measure m = show([draw(8, 1.0), draw(8, 0.0), draw(7, 0.0)])",
         &["[8, 8] meets [7, 7] <[draw(8, 1.0), draw(8, 0.0), draw(7, 0.0)]>"],
+    );
+}
+
+#[test]
+fn a_port_that_is_left_out_is_absent() {
+    let check = |items: &str, expected: &[&str]| assert_eq!(told(items), expected, "{items}");
+    check("measure m = maybe(draw(8, 1.0))", &[]);
+    check("measure m = maybe(draw(8, 1.0), beside: draw(8, 0.0))", &[]);
+    check(
+        "measure m = maybe(draw(8, 1.0), beside: draw(9, 0.0))",
+        &["[8, 8] meets [9, 9] <draw(9, 0.0)>"],
+    );
+    check(
+        "measure m = maybe(beside: draw(9, 0.0))",
+        &["`maybe` needs `on: Images` <maybe(beside: draw(9, 0.0))>"],
+    );
+    check(
+        "measure m = maybe(draw(8, 1.0), beside: [draw(8, 0.0)])",
+        &["`maybe.beside` takes one Images, found a list of 1 <[draw(8, 0.0)]>"],
+    );
+    // It varies over what is given to it, and over nothing where nothing is.
+    check(
+        "axis n = [8, 9] let d = draw(n, 0.0) measure a = maybe(draw(8, 1.0))[n: 8] \
+         measure b = maybe(draw(8, 1.0), beside: d[n: [8]])[n: 8]",
+        &["this does not vary over `n` <n>"],
     );
 }
 
