@@ -19,6 +19,7 @@ mod foreseen;
 mod keys;
 mod large;
 mod layout;
+mod needs;
 mod new;
 mod null;
 mod pipeline;

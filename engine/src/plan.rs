@@ -90,7 +90,8 @@ impl Source {
 
 impl Step {
     /// What running it takes, of inputs of so many bytes; `plan` is what it is a step of.
-    pub(crate) fn needs(&self, plan: &Plan, registry: &Registry, input_bytes: u64) -> Needs {
+    #[must_use]
+    pub fn needs(&self, plan: &Plan, registry: &Registry, input_bytes: u64) -> Needs {
         let held = |slot: usize| {
             let node = self.held.get(slot)?.sources.first()?.node()?;
             plan.graph[node].shapes.clone()

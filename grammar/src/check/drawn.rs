@@ -27,7 +27,7 @@ pub(super) struct Table(Vec<Drawn>);
 impl Table {
     /// How many seeds a value rests on at most; 0 where nothing upstream of it draws.
     pub(super) fn n_seeds(&mut self, program: &Program, id: ExprId) -> usize {
-        for expr in &program.exprs()[self.0.len()..=id.0 as usize] {
+        for expr in program.exprs().iter().take(id.0 as usize + 1).skip(self.0.len()) {
             let inputs = program.inputs(expr);
             let loses = program.loses_here(expr) || inputs.iter().any(|id| self.of(*id).loses);
             let chosen =

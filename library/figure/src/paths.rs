@@ -129,8 +129,8 @@ mod tests {
     fn paths(walks: &[(&[usize], &[usize])], n_states: usize) -> Result<String, String> {
         let actions = ["UP", "DOWN", "LEFT", "RIGHT"].map(str::to_owned).to_vec();
         let episodes = walks.iter().map(|(states, actions)| {
-            let (states, actions) = (states.to_vec(), actions.to_vec());
-            Episode { states, actions, ended: true, ..Episode::default() }
+            let (states, rewards) = (states.to_vec(), vec![0.0; actions.len()]);
+            Episode { states, actions: actions.to_vec(), rewards, ended: true }
         });
         let of = One(Walks { n_states, actions, episodes: episodes.collect() }.into());
         let r#in = Box::new(GoalWorld { size: 3, goal: vec![0, 1], trap: vec![1, 1] });

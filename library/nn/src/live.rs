@@ -155,8 +155,20 @@ impl Live {
     pub fn pass(&self, net: &str, x: Var) -> Var {
         let Body { module, params } = self.body(net);
         let item = self.graph.shape(x).item;
-        let shape = if item[1..] == [1, 1] { &item[..1] } else { &item[..] };
+        let is_vector = item[1..] == [1, 1] && !module.takes_images();
+        let shape = if is_vector { &item[..1] } else { &item[..] };
         module.pass(&self.graph, params, (x, shape), &mut Mode::Predict)
+    }
+
+    /// What comes out of a network with recurrent layers for one more step of sequences, whose items are the vectors of
+    /// `x`. The states of its layers go in, and become those after it; none are zeros.
+    ///
+    /// # Panics
+    /// If there is no such network, it does not take them, or it has other layers.
+    pub fn step(&self, net: &str, x: Var, states: &mut Vec<Var>) -> Var {
+        let Body { module, params } = self.body(net);
+        let shape = [1, self.graph.shape(x).width()];
+        module.go_on(&self.graph, params, (x, &shape), states, &mut Mode::Predict)
     }
 
     /// An array as a value of the pass at hand: one item of all its numbers.
@@ -251,6 +263,44 @@ mod tests {
         live.graph.backward(loss);
         let id = live.group(&["v"])[0];
         assert_eq!(live.graph.params().grad(id), Some(&[4.0, 6.0][..]));
+    }
+
+    #[test]
+    fn steps_from_a_given_state_are_those_of_the_whole_sequence() {
+        for name in ["gru", "lstm"] {
+            let cell = |inputs, units| match name {
+                "gru" => Module::Gru { inputs, units },
+                _ => Module::Lstm { inputs, units },
+            };
+            let curve = Curve::Identity;
+            let head = Module::Dense { inputs: 2, outputs: 1, curve };
+            let layers = vec![cell(2, 3), cell(3, 2), Module::Last, head];
+            let (nets, mut rng) =
+                (("r".to_owned(), Module::Sequence(layers)), ChaCha8Rng::seed_from_u64(4));
+            let live = Live::of(&Networks::drawn([nets].into(), &mut rng));
+            let graph = &live.graph;
+            let xs = [0.5, -1.0, 2.0, 0.25, -0.75, 1.0];
+            let whole = |n: usize| {
+                let x = graph.input(Shape::vectors(1, 2 * n), &xs[..2 * n]);
+                let Body { module, params } = live.body("r");
+                graph.scalar(module.pass(graph, params, (x, &[n, 2]), &mut Mode::Predict))
+            };
+            let mut states = Vec::new();
+            for t in 0..3 {
+                let x = graph.input(Shape::vectors(1, 2), &xs[2 * t..2 * t + 2]);
+                let y = live.step("r", x, &mut states);
+                assert_eq!(graph.scalar(y), whole(t + 1), "{name} at {t}");
+                assert_eq!(states.len(), if name == "gru" { 2 } else { 4 });
+            }
+            // From a state of its own it is another, and the loss has a gradient in it.
+            let x = graph.input(Shape::vectors(1, 2), &xs[4..]);
+            let own = graph.variable(Shape::vectors(1, 3), &[0.9, -0.9, 0.1]);
+            states[0] = own;
+            let y = live.step("r", x, &mut states);
+            assert_ne!(graph.scalar(y), whole(3));
+            graph.backward(y);
+            assert!(graph.grad(own).iter().all(|slope| *slope != 0.0));
+        }
     }
 
     #[test]

@@ -111,7 +111,7 @@ fn append(to: &mut Rollouts, lane: usize, step: &Step) {
 
 declare! {
     /// The return of each episode: its rewards, discounted to its start (Eqn. 2.30).
-    pub struct Returns = "returns" @ 2 -> Array [episode] {
+    pub struct Returns = "returns" @ 1 -> Array [episode] {
         /// The episodes.
         of: One<Rollouts>;
         /// What a reward one step later is worth.

@@ -110,13 +110,12 @@ declare! {
 fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
     let env = facts.arg::<Box<dyn Env>>("in");
     let spec = env.map(|env| env.spec().map_err(wrong("in"))).transpose()?;
-    if let (Some(spec), Some(how)) = (spec, facts.arg::<Box<dyn Method>>("how")) {
-        how.fits(&spec).map_err(wrong("how"))?;
+    let (how, span) = (facts.arg::<Box<dyn Method>>("how"), facts.arg::<Box<dyn Span>>("for"));
+    if let (Some(spec), Some(how), Some(lanes)) = (spec, &how, facts.arg("lanes")) {
+        how.fits(&Setting::of(&spec, lanes, span.as_deref())).map_err(wrong("how"))?;
     }
-    let Some((counted, n)) = facts.arg::<Box<dyn Span>>("for").map(|span| span.count()) else {
-        return Ok(());
-    };
-    let watches = facts.arg::<Box<dyn Method>>("how").is_some_and(|how| !how.acts());
+    let Some((counted, n)) = span.map(|span| span.count()) else { return Ok(()) };
+    let watches = how.is_some_and(|how| !how.acts());
     let every: u64 = facts.arg("every").unwrap_or_default();
     let lanes: u64 = facts.arg("lanes").unwrap_or(1);
     let not = |arg, message: String, help: &str| Err(Wrong { arg, message, help: help.to_owned() });
@@ -149,8 +148,9 @@ impl Op for Learn {
     fn run(&self, ctx: &Ctx) -> Result<Learned, OpError> {
         let failed = |misfit: ivx_data::Misfit| OpError::Failed(misfit.message);
         let spec = self.r#in.spec().map_err(failed)?;
-        self.how.fits(&spec).map_err(failed)?;
-        let mut run = Run::begin(self, &spec, ctx)?;
+        let setting = Setting::of(&spec, self.lanes, Some(&*self.r#for));
+        self.how.fits(&setting).map_err(failed)?;
+        let mut run = Run::begin(self, &setting, ctx)?;
         if ctx.resume().is_some_and(|bytes| State::restore(&bytes, |state| run.walk(state))) {
             run.lanes.catch_up()?;
         }
@@ -159,11 +159,14 @@ impl Op for Learn {
     }
 
     fn needs(args: &Args, _: Option<&Shapes>, input_bytes: u64) -> Needs {
-        let of = |name| args.get(name);
-        let how = of("how").map(Box::<dyn Method>::from_lit).and_then(Result::ok);
-        let env = of("in").map(Box::<dyn Env>::from_lit).and_then(Result::ok);
+        let how = args.get("how").and_then(|lit| Box::<dyn Method>::from_lit(lit).ok());
+        let env = args.get("in").and_then(|lit| Box::<dyn Env>::from_lit(lit).ok());
+        let lanes = args.get("lanes").and_then(|lit| usize::from_lit(lit).ok());
         let spec = env.and_then(|env| env.spec().ok());
-        let memory = how.zip(spec).map_or(0, |(how, spec)| how.memory(&spec));
+        let memory = match (how, spec, lanes) {
+            (Some(how), Some(spec), Some(lanes)) => how.memory(&Setting::of(&spec, lanes, None)),
+            _ => 0,
+        };
         Needs { memory: memory + input_bytes, ..Needs::default() }
     }
 }
@@ -189,14 +192,11 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn begin(op: &'a Learn, spec: &ivx_world::Spec, ctx: &Ctx<'a>) -> Result<Self, OpError> {
+    fn begin(op: &'a Learn, setting: &Setting<'_>, ctx: &Ctx<'a>) -> Result<Self, OpError> {
         let (counted, total) = op.r#for.count();
-        let of = |what| (counted == what).then_some(total);
-        let (steps, updates) = (of(Counted::Steps), of(Counted::Updates));
-        let setting = Setting { spec, lanes: op.lanes, steps, updates };
         Ok(Self {
             op,
-            learning: op.how.begin(&setting, ctx)?,
+            learning: op.how.begin(setting, ctx)?,
             lanes: Lanes::open(&*op.r#in, op.lanes, ctx, ("learn", 0))?,
             counted,
             total,

@@ -166,6 +166,22 @@ impl Module {
         }
     }
 
+    /// Whether it begins with a layer that takes images only.
+    #[must_use]
+    pub fn takes_images(&self) -> bool {
+        match self {
+            Self::Conv { .. }
+            | Self::ConvTranspose { .. }
+            | Self::MaxPool(_)
+            | Self::MeanPool(_)
+            | Self::GlobalPool => true,
+            Self::Sequence(layers) | Self::Residual(layers) => {
+                layers.first().is_some_and(Self::takes_images)
+            }
+            _ => false,
+        }
+    }
+
     /// The largest of its sizes.
     #[must_use]
     pub fn largest(&self) -> usize {

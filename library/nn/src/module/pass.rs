@@ -3,6 +3,8 @@
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
+use std::collections::VecDeque;
+
 use super::Module;
 use crate::graph::{Graph, Shape, Var};
 use crate::ops::{BatchNorm, Cell};
@@ -39,9 +41,38 @@ impl Module {
         (x, input): (Var, &[usize]),
         mode: &mut Mode<'_>,
     ) -> Var {
-        let mut pass = Pass { graph, params: params.iter(), mode };
+        let mut pass = Pass { graph, params: params.iter(), mode, states: None };
         pass.layer(self, x, Sizes::of(input)).0
     }
+
+    /// The same of sequences that go on from the states of the recurrent layers, which become those after the last step:
+    /// of each layer in turn its output, and of `lstm` its cell behind that. Without any they are zeros.
+    ///
+    /// # Panics
+    /// If the shapes do not fit, or arrays or states are missing.
+    pub fn go_on<F: Real>(
+        &self,
+        graph: &Graph<F>,
+        params: &[ParamId],
+        (x, input): (Var, &[usize]),
+        states: &mut Vec<Var>,
+        mode: &mut Mode<'_>,
+    ) -> Var {
+        let before = (!states.is_empty()).then(|| VecDeque::from(std::mem::take(states)));
+        let mut own = States { before, after: Vec::new() };
+        let mut pass = Pass { graph, params: params.iter(), mode, states: Some(&mut own) };
+        let y = pass.layer(self, x, Sizes::of(input)).0;
+        assert!(own.before.is_none_or(|left| left.is_empty()), "there is a layer for every state");
+        *states = own.after;
+        y
+    }
+}
+
+/// The states of recurrent layers that were not passed yet, and of those that were.
+struct States {
+    /// None where all begin at zeros.
+    before: Option<VecDeque<Var>>,
+    after: Vec<Var>,
 }
 
 /// The shape of a batch of `n` items of a shape.
@@ -97,6 +128,7 @@ struct Pass<'a, 'm, F: Real> {
     graph: &'a Graph<F>,
     params: std::slice::Iter<'a, ParamId>,
     mode: &'a mut Mode<'m>,
+    states: Option<&'a mut States>,
 }
 
 impl<F: Real> Pass<'_, '_, F> {
@@ -215,12 +247,18 @@ impl<F: Real> Pass<'_, '_, F> {
             let shape = Shape::vectors(graph.shape(x).n, units);
             graph.filled(shape, |zeros| zeros.fill(F::zero()))
         };
-        let (mut h, mut c) = (zeros(), zeros());
+        let is_gru = matches!(module, Module::Gru { .. });
+        let mut state = || match self.states.as_mut().and_then(|states| states.before.as_mut()) {
+            Some(before) => before.pop_front().expect("there is a state for every layer"),
+            None => zeros(),
+        };
+        let mut h = state();
+        let mut c = if is_gru { h } else { state() };
         // A few steps at once, so that no list is long.
         let (mut outputs, mut rows) = (Vec::with_capacity(AT_ONCE), Vec::new());
         for t in 0..steps {
             let x = graph.columns(x, t * length, length);
-            if matches!(module, Module::Gru { .. }) {
+            if is_gru {
                 h = graph.gru(x, h, &cell);
             } else {
                 (h, c) = graph.lstm(x, (h, c), &cell);
@@ -230,6 +268,10 @@ impl<F: Real> Pass<'_, '_, F> {
                 rows.push(graph.concat(&outputs));
                 outputs.clear();
             }
+        }
+        if let Some(states) = &mut self.states {
+            states.after.push(h);
+            states.after.extend((!is_gru).then_some(c));
         }
         graph.concat(&rows)
     }

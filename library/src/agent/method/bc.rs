@@ -40,14 +40,16 @@ impl Bc {
 }
 
 impl Method for Bc {
-    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
+    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
+        let spec = setting.spec;
         let paths = &self.shown.paths;
         let shown = (paths.seen.fields(), &paths.does);
         same_world("the demonstrations show", shown, (&spec.sees, &spec.does))?;
         self.module(spec).map(drop)
     }
 
-    fn memory(&self, spec: &Spec) -> u64 {
+    fn memory(&self, setting: &Setting<'_>) -> u64 {
+        let spec = setting.spec;
         let Ok(module) = self.module(spec) else { return 0 };
         // A parameter, its gradient, two averages, and two more while it is kept.
         let params = module.n_params() * 6 * 4;

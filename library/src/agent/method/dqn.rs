@@ -52,7 +52,8 @@ declare! {
         /// How the loss is lowered.
         optimiser: Box<dyn Optimiser> = Part::new("adam")
             .with("lr", Part::new("constant").with("value", 2.5e-4));
-        /// Up to which error the loss is a square.
+        /// Up to which error the loss is a square. Where returns are far above it, as 100 is above 1, errors of values
+        /// that grow are no longer corrected as fast as they grow: give a larger one.
         huber: f64 = 1.0, in f64::MIN_POSITIVE..;
     }
 }
@@ -68,11 +69,12 @@ impl Dqn {
 }
 
 impl Method for Dqn {
-    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
-        self.module(spec).map(drop)
+    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
+        self.module(setting.spec).map(drop)
     }
 
-    fn memory(&self, spec: &Spec) -> u64 {
+    fn memory(&self, setting: &Setting<'_>) -> u64 {
+        let spec = setting.spec;
         let Ok(module) = self.module(spec) else { return 0 };
         // A parameter, its gradient, two averages, the copy, and two more while it is kept.
         let params = module.n_params() * 7 * 4;

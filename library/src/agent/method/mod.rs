@@ -22,6 +22,7 @@ pub use means::Means;
 pub use ppo::Ppo;
 
 use super::agent::Agent;
+use super::learn::{Counted, Span};
 
 /// In which circumstances an agent learns.
 #[derive(Clone, Copy, Debug)]
@@ -36,16 +37,26 @@ pub struct Setting<'a> {
     pub updates: Option<u64>,
 }
 
+impl<'a> Setting<'a> {
+    /// That of so many lanes of a world, for as long as a span says, if it is known.
+    #[must_use]
+    pub fn of(spec: &'a Spec, lanes: usize, span: Option<&dyn Span>) -> Self {
+        let (counted, n) = span.map_or((Counted::Episodes, 1), Span::count);
+        let of = |what| (counted == what).then_some(n);
+        Self { spec, lanes, steps: of(Counted::Steps), updates: of(Counted::Updates) }
+    }
+}
+
 /// A way to learn by acting, or from what others did.
 pub trait Method: Debug + Send + Sync {
-    /// Whether it learns in such a world.
+    /// Whether it learns in such circumstances.
     ///
     /// # Errors
     /// Why not.
-    fn fits(&self, spec: &Spec) -> Result<(), Misfit>;
+    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit>;
 
     /// How many bytes of memory it takes, about.
-    fn memory(&self, spec: &Spec) -> u64;
+    fn memory(&self, setting: &Setting<'_>) -> u64;
 
     /// Whether it learns by acting. Who does not makes an update for each step that it could take.
     fn acts(&self) -> bool {

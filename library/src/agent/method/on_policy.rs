@@ -27,12 +27,23 @@ pub(super) trait Improve: std::fmt::Debug + Send + Sync {
 }
 
 impl<T: Improve> Method for T {
-    fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
-        self.how().modules(spec).map(drop)
+    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
+        let how = self.how();
+        let n = setting.lanes * how.n_steps;
+        if !n.is_multiple_of(how.minibatches) {
+            return Err(Misfit::new(
+                format!(
+                    "{n} steps of all worlds together do not make {} parts of one size",
+                    how.minibatches
+                ),
+                "choose `minibatches` that divide `n_steps` times the lanes",
+            ));
+        }
+        how.modules(setting.spec).map(drop)
     }
 
-    fn memory(&self, spec: &Spec) -> u64 {
-        self.how().memory(spec)
+    fn memory(&self, setting: &Setting<'_>) -> u64 {
+        self.how().memory(setting)
     }
 
     fn begin<'a>(
@@ -80,9 +91,21 @@ impl How<'_> {
         Ok([named(TORSO, torso), named("policy", head(n)), named("value", head(1))].into())
     }
 
-    fn memory(&self, spec: &Spec) -> u64 {
-        let Ok(modules) = self.modules(spec) else { return 0 };
-        modules.values().map(|module| module.n_params() * 6 * 4).sum()
+    fn memory(&self, setting: &Setting<'_>) -> u64 {
+        let Ok(modules) = self.modules(setting.spec) else { return 0 };
+        let sight = sight(&setting.spec.sees);
+        // A parameter, its gradient, two averages, and two more while it is kept.
+        let params: u64 = modules.values().map(|module| module.n_params() * 6 * 4).sum();
+        // Steps of all lanes, and once more while they are kept; and what comes of a part of them, and its gradients.
+        let n = (setting.lanes * self.n_steps) as u64;
+        let seen: usize = setting.spec.sees.iter().map(|field| 4 * field.width()).sum();
+        let torso = modules.get(TORSO);
+        let outputs = modules.iter().map(|(name, module)| match (name.as_str(), torso) {
+            ("policy" | "value", Some(_)) => 1,
+            _ => module.n_outputs(&sight),
+        });
+        let outputs = outputs.sum::<u64>() * n.div_ceil(self.minibatches as u64) * 2 * 4;
+        params + 2 * n * (seen as u64 + 24) + outputs
     }
 
     fn begin<'a>(
@@ -96,12 +119,6 @@ impl How<'_> {
         let (spec, lanes) = (setting.spec, setting.lanes);
         let modules = self.modules(spec).map_err(|misfit| OpError::Failed(misfit.message))?;
         let n = lanes * self.n_steps;
-        if !n.is_multiple_of(self.minibatches) {
-            return Err(OpError::Failed(format!(
-                "{n} steps of all worlds together do not make {} parts of one size",
-                self.minibatches
-            )));
-        }
         let live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
         let each = (self.epochs * self.minibatches) as u64;
         let steps = setting.steps.map_or(u64::MAX, |steps| steps / n as u64 * each);

@@ -5,7 +5,7 @@ use ivx_op::{Array, Ctx, One, Op, OpError, declare};
 
 declare! {
     /// How often each action was taken in each state.
-    pub struct Visits = "visits" @ 2 -> Array [state, action] {
+    pub struct Visits = "visits" @ 1 -> Array [state, action] {
         /// The episodes.
         of: One<Rollouts>;
     }
