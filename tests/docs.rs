@@ -1,5 +1,6 @@
 //! The documents say what is true.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -51,4 +52,26 @@ fn the_reference_is_what_the_declarations_say() {
     }
     let written = fs::read_to_string(&path).expect("the reference is there");
     assert!(written == reference, "docs/reference.md is stale: run this test with BLESS=1");
+}
+
+/// `BLESS=1` writes the names of the library anew, which the fuzzer puts into specs.
+#[test]
+fn the_fuzzer_knows_what_is_declared() {
+    const MARK: &str = "# The names of the library: `BLESS=1 cargo test --release -p ivx-tests --test across docs::` writes what follows.\n";
+    let path = root().join("fuzz/ivx.dict");
+    let written = fs::read_to_string(&path).expect("the words are there");
+    let (language, _) = written.split_once(MARK).expect("what is generated is marked");
+    let registry = ivx_library::registry();
+    let mut words: BTreeSet<String> = BTreeSet::new();
+    for decl in registry.decls() {
+        words.insert(format!("{:?}\n", format!("{}(", decl.name)));
+        words.extend(decl.args.iter().map(|arg| format!("{:?}\n", format!("{}: ", arg.name))));
+    }
+    let known = [language, MARK].into_iter().chain(words.iter().map(String::as_str));
+    let known: String = known.collect();
+    if std::env::var_os("BLESS").is_some() {
+        fs::write(&path, &known).expect("words can be written");
+        return;
+    }
+    assert!(written == known, "fuzz/ivx.dict is stale: run this test with BLESS=1");
 }

@@ -11,10 +11,11 @@ use ivx_engine::{
     Fate, Options, Outcome, Plan, Silence, Source, Stop, expand, platform, schedule, wanted,
 };
 use ivx_grammar::check::{File, Project, Settings, check};
-use ivx_grammar::parse;
+use ivx_grammar::ir::Spec;
+use ivx_grammar::{Diagnostic, parse};
 use ivx_op::{
-    Array, Artifact as _, Ctx, Dim, Labels, Lit, Members, One, Op, OpError, Parts, Registry, Rows,
-    Ty, declare, family, record,
+    Array, Artifact as _, Collected, Ctx, Dim, Facts, Labelled, Labels, Lit, Members, One, Op,
+    OpError, Parts, Registry, Rows, Ty, Wrong, declare, family, record,
 };
 
 record! {
@@ -62,9 +63,29 @@ impl Buyer for Crowd {
     }
 }
 
+declare! {
+    /// Buys up to the limit of one of many.
+    struct Like = "like" @ 1 {
+        /// The limits of all.
+        of: Labelled<Array>;
+        /// Whose counts.
+        who: String;
+    }
+}
+
+impl Buyer for Like {
+    fn limit(&self) -> f64 {
+        let mut all = self.of.each();
+        all.find(|(labels, _)| *labels == [self.who.as_str()]).expect("is there").1.values[0]
+    }
+}
+
 fn buyers() -> &'static Parts<dyn Buyer> {
     static TABLE: LazyLock<Parts<dyn Buyer>> = LazyLock::new(|| {
-        Parts::<dyn Buyer>::new().with(|x: Careful| Box::new(x)).with(|x: Crowd| Box::new(x))
+        Parts::<dyn Buyer>::new()
+            .with(|x: Careful| Box::new(x))
+            .with(|x: Crowd| Box::new(x))
+            .with(|x: Like| Box::new(x))
     });
     &TABLE
 }
@@ -97,6 +118,51 @@ impl Op for Sell {
 }
 
 declare! {
+    /// What came in, by whose it is.
+    struct Tally = "tally" @ 1 -> Array [who] {
+        /// What came in.
+        of: Labelled<Array>;
+        /// The axis whose labels tell whose.
+        whose: String = "";
+    }
+    rule collected;
+}
+
+fn collected(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let (seen, whose) = (facts.seen("of"), facts.arg::<String>("whose").unwrap_or_default());
+    if whose.is_empty() && seen.is_empty() || seen == [whose.as_str()] {
+        return Ok(());
+    }
+    let message = format!("`whose` is {whose:?}, and {seen:?} is collected");
+    Err(Wrong { arg: "whose", message, help: "name the axis".to_owned() })
+}
+
+impl Op for Tally {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        assert_eq!(self.of.axes().collect::<Vec<_>>().join(", "), self.whose);
+        let who = self.of.each().map(|(labels, _)| labels.join(", ")).collect();
+        let values = self.of.each().map(|(_, of)| of.values[0]).collect();
+        Ok(Array::series(Dim::new("who", Labels::Names(who)), values))
+    }
+}
+
+declare! {
+    /// What came in, whoever's it is.
+    struct Pile = "pile" @ 1 -> Array [place] {
+        /// What came in.
+        of: Collected<Array>;
+    }
+}
+
+impl Op for Pile {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let Collected(of) = &self.of;
+        let values: Vec<f64> = of.values.iter().map(|of| of.values[0]).collect();
+        Ok(Array::series(Dim::new("place", of.dims[0].labels.clone()), values))
+    }
+}
+
+declare! {
     /// The shops there are.
     struct Shops = "shops" @ 1 {
         /// What is added to each price.
@@ -118,11 +184,19 @@ impl Rows for Shops {
 }
 
 fn registry() -> Registry {
-    ivx_library::registry().op::<Sell>().parts(buyers()).rows::<Shops>()
+    let ours = ivx_library::registry().op::<Sell>().op::<Tally>().op::<Pile>();
+    ours.parts(buyers()).rows::<Shops>()
 }
 
 /// A checked and expanded spec.
 fn plan(text: &str) -> Plan {
+    let (spec, faults) = checked(text);
+    assert_eq!(faults, []);
+    expand(&spec, &registry())
+}
+
+/// A spec, and what is wrong with it.
+fn checked(text: &str) -> (Spec, Vec<Diagnostic>) {
     let (ast, faults) = parse(text, 0);
     assert_eq!(faults, []);
     let file = File {
@@ -133,9 +207,7 @@ fn plan(text: &str) -> Plan {
         ..File::default()
     };
     let project = Project { files: vec![file] };
-    let (spec, faults) = check(&project, &registry(), &Settings::default());
-    assert_eq!(faults, []);
-    expand(&spec, &registry())
+    check(&project, &registry(), &Settings::default())
 }
 
 fn run(plan: &Plan, cache: &Path) -> Outcome {
@@ -263,6 +335,74 @@ experiment market {
     assert_eq!(values(&plan, &outcome), ones);
     // Only the first two are one: nothing given is another thing than nought.
     assert_eq!(ran(&plan, &outcome)["sell"], 6);
+}
+
+/// The tally and the pile of two numbers, by what they are called.
+fn collecting(axis: &str) -> String {
+    format!(
+        r#"edition "2026"
+
+experiment market {{
+    axis colour = {{ {axis} }}
+    let data = sample(sinusoids(), n: 5, noise: 0.0)
+    let x = colour + 0.0 * rmse(train(linear_mle(features: polynomial(degree: 0)), on: data), on: data)
+    measure tally = tally(collect(x, over: colour), whose: "colour")
+    measure pile = pile(collect(x, over: colour))
+    measure one = tally(x)
+    measure like = sell(like(collect(x, over: colour), who: "red"), 1.0).income
+}}
+"#
+    )
+}
+
+#[test]
+fn labels_travel_with_a_collection_that_asks_for_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = plan(&collecting(r#""red": 2.0, "green": 1.0"#));
+    let outcome = run(&first, folder.path());
+    // In the order declared with labels, by value without.
+    let expected = [vec![2.0, 1.0], vec![1.0, 2.0], vec![2.0, 1.0], vec![2.0]];
+    assert_eq!(values(&first, &outcome), expected);
+    let tally = first.outputs.values().next().expect("is declared first").sources[0].node();
+    let tally = Array::decode(&outcome.values[&tally.expect("is computed")]).expect("an array");
+    let who = Labels::Names(vec!["red".to_owned(), "green".to_owned()]);
+    assert_eq!(tally.dims, [Dim::new("who", who)]);
+
+    // Other names are another thing for what asks for them, and for nothing else.
+    let renamed = plan(&collecting(r#""red": 2.0, "blue": 1.0"#));
+    let outcome = run(&renamed, folder.path());
+    let again = ran(&renamed, &outcome);
+    assert_eq!(again, [("sell", 1), ("tally", 1)].map(|(op, n)| (op.to_owned(), n)).into());
+    let turned = plan(&collecting(r#""green": 1.0, "red": 2.0"#));
+    let outcome = run(&turned, folder.path());
+    let again = ran(&turned, &outcome);
+    assert_eq!(again, [("sell", 1), ("tally", 1)].map(|(op, n)| (op.to_owned(), n)).into());
+    assert_eq!(values(&turned, &outcome)[0], [1.0, 2.0]);
+}
+
+#[test]
+fn a_rule_sees_what_was_collected() {
+    let told = |from: &str, to: &str| {
+        let text = collecting(r#""red": 2.0, "green": 1.0"#).replace(from, to);
+        let (_, faults) = checked(&text);
+        faults.into_iter().map(|fault| fault.message).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        told(r#"whose: "colour""#, r#"whose: "driver""#),
+        [r#"`whose` is "driver", and ["colour"] is collected"#]
+    );
+    assert_eq!(
+        told("tally(x)", r#"tally(x, whose: "colour")"#),
+        [r#"`whose` is "colour", and [] is collected"#]
+    );
+    assert_eq!(
+        told("tally(x)", "tally(data)"),
+        ["`tally.of` takes Array or Collection<Array>, found Dataset"]
+    );
+    assert_eq!(
+        told("pile(collect(x, over: colour))", "pile(x)"),
+        ["expected a collection of Array, found one"]
+    );
 }
 
 #[test]

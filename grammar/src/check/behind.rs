@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgKind, ByName, Dims, Lit, Role};
+use ivx_op::{ArgDecl, ArgKind, ByName, Dims, Gather, Lit, Role};
 
 use super::Checker;
 use super::axis::SEED;
@@ -195,6 +195,7 @@ impl Checker<'_> {
             || op.stochastic
             || matches!(out.dims, Dims::Fixed(_))
             || op.args.values().any(Desc::holds)
+            || decl.args.iter().any(collects)
         {
             return Err(OfThese);
         }
@@ -237,4 +238,9 @@ impl Checker<'_> {
         }
         Ok(op)
     }
+}
+
+/// Whether an argument takes a collection, of which there is one and not one a resample.
+fn collects(arg: &ArgDecl) -> bool {
+    matches!(&arg.kind, ArgKind::Port(port) if matches!(port.gather, Gather::Collected | Gather::Labelled))
 }

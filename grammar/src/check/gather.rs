@@ -158,9 +158,7 @@ impl<'a> Checker<'a> {
             axes.sort_by_key(|axis| checker.program.axis(*axis).name.clone());
             axes
         };
-        if !expr.collected.is_empty()
-            && !matches!(port.gather, Gather::Collected | Gather::Everything)
-        {
+        if !expr.collected.is_empty() && !port.gather.takes_collections() {
             let over = self.program.names(&expr.collected).join(", ");
             let message = format!(
                 "this is a collection over {over}, where one {} is expected",
@@ -178,7 +176,9 @@ impl<'a> Checker<'a> {
                 self.fault(fault.help("write `collect(x, over: axis)`"));
                 None
             }
-            Gather::Collected => Some(by_name(self, expr.collected.iter().copied().collect())),
+            Gather::Collected | Gather::Labelled => {
+                Some(by_name(self, expr.collected.iter().copied().collect()))
+            }
             Gather::Named => {
                 let named = |axis: &AxisId| taken.contains(&self.program.axis(*axis).name.as_str());
                 Some(by_name(self, expr.axes.iter().copied().filter(named).collect()))

@@ -74,8 +74,10 @@ impl<'a> Checker<'a> {
                 let own = self.program.expr(*id).axes.clone();
                 everything.extend(&own);
                 axes.extend(own.iter().filter(|axis| !gathered.contains(axis)));
-                let labelled = feed.port.gather == Gather::Everything;
-                let name = if labelled { name.clone() } else { String::new() };
+                let labelled = feed.port.gather.is_labelled();
+                // What is shown is called by its name; what computes does not know it.
+                let shows = feed.port.gather == Gather::Everything;
+                let name = if shows { name.clone() } else { String::new() };
                 let mut feed = Feed { gathered, labelled, name, ..Feed::one(*id) };
                 if let Some((axis, field, span)) = groups
                     && let Some(axis) = self.among(feed.gathered.iter().copied(), axis)

@@ -186,7 +186,8 @@ impl<'a> Checker<'a> {
             let gathered = self.gathered(port, id, &[], item.span)?;
             let own = self.program.expr(id).axes.iter().copied();
             let axes: BTreeSet<_> = own.filter(|axis| !gathered.contains(axis)).collect();
-            let feed = Feed { gathered, ..Feed::one(id) };
+            let labelled = port.gather.is_labelled();
+            let feed = Feed { gathered, labelled, ..Feed::one(id) };
             descs.push(self.program.hold(feed, axes));
         }
         if list { Some(Desc::List(descs)) } else { descs.pop() }

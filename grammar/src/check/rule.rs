@@ -49,6 +49,14 @@ impl<'a> Checker<'a> {
             .iter()
             .map(|(port, feeds)| (port.clone(), feeds.iter().map(over).collect()))
             .collect();
+        let seen = |feed: &Feed| {
+            let axes = feed.gathered.iter();
+            axes.map(|axis| self.program.axis(*axis).name.clone()).collect()
+        };
+        let seen: BTreeMap<String, Vec<Vec<String>>> = ports
+            .iter()
+            .map(|(port, feeds)| (port.clone(), feeds.iter().map(seen).collect()))
+            .collect();
         let given: Vec<&str> =
             args.iter().filter(|(_, expr)| expr.is_some()).map(|(arg, _)| arg.name).collect();
         let mut results = Vec::new();
@@ -64,7 +72,8 @@ impl<'a> Checker<'a> {
                 continue;
             };
             let shapes = fed.iter().map(|(port, all)| (*port, here(all, &place))).collect();
-            let facts = Facts { args: &own, given: &given, over: &over, shapes: &shapes };
+            let facts =
+                Facts { args: &own, given: &given, over: &over, seen: &seen, shapes: &shapes };
             if let Some(Err(wrong)) = decl.rule.map(|rule| rule(&facts)) {
                 self.apart_at(&place, wrong, (at, span), args, ports);
                 return Err(());

@@ -228,6 +228,37 @@ impl<A> Deref for Members<A> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collected<A>(pub Gathered<A>);
 
+/// A port that sees what `collect(x, over: ..)` put together with the labels of its axes, in the order of
+/// declaration. Of what was not collected it sees one value, which has none.
+///
+/// The names of the axes and their labels are in the key, the name of the value is not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labelled<A>(pub Gathered<A>);
+
+impl<A> Labelled<A> {
+    /// The names of the axes that were collected, outermost first.
+    pub fn axes(&self) -> impl Iterator<Item = &str> {
+        self.0.dims.iter().map(|dim| dim.name.as_str())
+    }
+
+    /// Each value with its labels, one for each axis.
+    pub fn each(&self) -> impl Iterator<Item = (Vec<String>, &A)> {
+        let places = self.0.values.iter().enumerate();
+        places.map(|(i, value)| (labels_at(&self.0.dims, i), value))
+    }
+}
+
+/// The labels of a place, last axis fastest.
+fn labels_at(dims: &[Dim], mut i: usize) -> Vec<String> {
+    let mut labels: Vec<String> = Vec::new();
+    for dim in dims.iter().rev() {
+        labels.push(dim.labels.text(i % dim.len()));
+        i /= dim.len();
+    }
+    labels.reverse();
+    labels
+}
+
 /// A port that sees its value over the axes which the axis arguments name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named<A>(pub Gathered<A>);
@@ -340,6 +371,7 @@ port! {
     One: Pointwise, |mut all| all.values.pop().map(Self);
     Members: Members, |all| (!all.values.is_empty()).then_some(Self(all.values));
     Collected: Collected, |all| Some(Self(all));
+    Labelled: Labelled, |all| Some(Self(all));
     Named: Named, |all| Some(Self(all));
     Everything: Everything, |all| Some(Self(all));
 }
@@ -351,5 +383,29 @@ impl<P: PortType> Arg for Many<P> {
     fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
         let decoded = fed(call, name)?.iter().map(Fed::decode).collect::<Option<_>>();
         decoded.map(Self).ok_or(ArgError::Decode(name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Labels;
+
+    #[test]
+    fn each_value_of_a_collection_has_a_label_an_axis() {
+        let names = |names: &[&str]| Labels::Names(names.iter().map(ToString::to_string).collect());
+        let dims = vec![
+            Dim::new("colour", names(&["red", "green"])),
+            Dim::new("n", Labels::Numbers(vec![0.5, 2.0, 1.0])),
+        ];
+        let values = vec!['a', 'b', 'c', 'd', 'e', 'f'];
+        let all = Labelled(Gathered { dims, values, name: String::new() });
+        assert!(all.axes().eq(["colour", "n"]));
+        let told: Vec<String> = all.each().map(|(at, x)| format!("{x} {}", at.join(" "))).collect();
+        let expected = ["a red 0.5", "b red 2", "c red 1", "d green 0.5", "e green 2", "f green 1"];
+        assert_eq!(told, expected);
+
+        let one = Labelled(Gathered { dims: vec![], values: vec!['a'], name: String::new() });
+        assert!(one.each().eq([(vec![], &'a')]));
     }
 }

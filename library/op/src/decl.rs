@@ -207,12 +207,29 @@ pub enum Gather {
     Pointwise,
     /// All members of an ensemble.
     Members,
-    /// What `collect(x, over: ..)` put together.
+    /// What `collect(x, over: ..)` put together. Labels do not travel.
     Collected,
+    /// What `collect(x, over: ..)` put together, with labels and in the order of declaration; one value
+    /// where nothing was.
+    Labelled,
     /// The axes that the operation's axis arguments name. Labels do not travel.
     Named,
     /// Everything, with labels and in the order of declaration.
     Everything,
+}
+
+impl Gather {
+    /// Whether the names and labels of axes travel with the values, and so are in keys.
+    #[must_use]
+    pub fn is_labelled(self) -> bool {
+        matches!(self, Self::Labelled | Self::Everything)
+    }
+
+    /// Whether it takes what was collected.
+    #[must_use]
+    pub fn takes_collections(self) -> bool {
+        matches!(self, Self::Collected | Self::Labelled | Self::Everything)
+    }
 }
 
 /// Numbers an argument accepts, bounds included.
@@ -316,6 +333,7 @@ impl fmt::Display for Port {
         match self.gather {
             Gather::Members => write!(f, "Ensemble<{}>", self.artifact),
             Gather::Collected => write!(f, "Collection<{}>", self.artifact),
+            Gather::Labelled => write!(f, "{0} or Collection<{0}>", self.artifact),
             _ if self.takes == Takes::Many => write!(f, "List<{}>", self.artifact),
             _ => f.write_str(self.artifact),
         }

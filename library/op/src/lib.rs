@@ -25,8 +25,8 @@ mod state;
 mod verdict;
 
 pub use arg::{
-    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, How, Literal, Many,
-    MemberCount, Members, Named, NumericAxis, One, PortType,
+    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, How, Labelled,
+    Literal, Many, MemberCount, Members, Named, NumericAxis, One, PortType,
 };
 pub use array::{Array, Dim, Labels};
 pub use artifact::{Artifact, Data, Tensors, distance, kind_of, read_tensors};

@@ -32,6 +32,8 @@ pub struct Facts<'a> {
     pub given: &'a [&'a str],
     /// The names of the axes and dimensions of each value that a port takes, by port.
     pub over: &'a BTreeMap<String, Vec<Vec<String>>>,
+    /// The names of those axes of them that one run sees, outermost first, by port.
+    pub seen: &'a BTreeMap<String, Vec<Vec<String>>>,
     /// The shapes of each value that a port takes, by port: those that all have that one run
     /// sees, and none where they differ or are not known.
     pub shapes: &'a BTreeMap<&'a str, Vec<Option<&'a Shapes>>>,
@@ -48,6 +50,13 @@ impl<'a> Facts<'a> {
     #[must_use]
     pub fn arg<T: Literal>(&self, name: &str) -> Option<T> {
         T::from_lit(self.args.get(name)?).ok()
+    }
+
+    /// The names of the axes that one run sees of what a port takes, as `collect` put them together; none where it is
+    /// left out.
+    #[must_use]
+    pub fn seen(&self, port: &str) -> &'a [String] {
+        self.seen.get(port).and_then(|all| all.first()).map_or(&[], Vec::as_slice)
     }
 
     /// The shapes of what a port takes; none where they are not known.

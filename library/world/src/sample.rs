@@ -111,8 +111,8 @@ mod tests {
             data => panic!("not three numbers: {data:?}"),
         });
         let args = Args::new();
-        let facts =
-            Facts { args: &args, given: &[], over: &BTreeMap::new(), shapes: &BTreeMap::new() };
+        let (over, shapes) = (BTreeMap::new(), BTreeMap::new());
+        let facts = Facts { args: &args, given: &[], over: &over, seen: &over, shapes: &shapes };
         assert_eq!(pairs(&facts), Some(of_one.collect()));
     }
 
