@@ -33,7 +33,9 @@ pub use artifact::{Artifact, Data, Tensors, distance, kind_of, read_tensors};
 pub use by_name::ByName;
 pub use decl::{ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Ty};
 pub use declare::field_name;
-pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
+pub use external::{
+    Content, External, ExternalKind, Fields, File, Foreign, Program, Variable, Word,
+};
 pub use holm::holm;
 pub use lit::{Args, Held, Lit, Part};
 pub use needs::Needs;
