@@ -30,4 +30,8 @@ for _ in $(seq "${1:-1}"); do
     ours ivx-world worlds
     peer envs.py minatar
     peer envs.py gymnax
+    if "$python" -c 'import gymnasium' 2>/dev/null; then
+        IVX_PYTHON=$(command -v "$python") ours ivx-foreign bridge
+        taskset -c "$core" "$python" library/foreign/benches/bridge.py | sed 's/^/peer   /'
+    fi
 done

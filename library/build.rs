@@ -8,7 +8,16 @@ use sha2::{Digest as _, Sha256};
 
 fn main() {
     let mut files = Vec::new();
-    for folder in ["src", "op/src", "math/src", "data/src", "nn/src", "world/src", "figure/src"] {
+    for folder in [
+        "src",
+        "op/src",
+        "math/src",
+        "data/src",
+        "nn/src",
+        "world/src",
+        "foreign/src",
+        "figure/src",
+    ] {
         println!("cargo::rerun-if-changed={folder}");
         collect(Path::new(folder), &mut files);
     }

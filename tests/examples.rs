@@ -2,7 +2,10 @@
 //!
 //! What follows ` ```ivx ` says what a block is: nothing for one that checks without a word, `run`
 //! for one that runs, `fails=IVX0302` for one with that fault and no other, `file=world.ivx` for a
-//! file that the blocks after it can use. So does ` ```sh,file=run.sh `, for other files.
+//! file that the blocks after it can use. So does ` ```sh,file=run.sh `, for other files. `python` is
+//! for one that has no fault but that Python with gymnasium is not found, and none where `IVX_PYTHON` names one.
+
+use ivx_grammar::Code;
 
 use crate::project::{Project, Said};
 
@@ -20,6 +23,10 @@ pub(crate) fn try_all(name: &str, document: &str) -> usize {
             continue;
         }
         let project = Project::with(&files);
+        if block.info == "python" {
+            try_python(&project, block.text, &place);
+            continue;
+        }
         project.write("spec.ivx", block.text);
         let said = project.run(if block.info == "run" { "exec" } else { "check" }, "spec.ivx", &[]);
         let expected: Vec<&str> = block.info.strip_prefix("fails=").into_iter().collect();
@@ -30,6 +37,17 @@ pub(crate) fn try_all(name: &str, document: &str) -> usize {
         }
     }
     blocks.len()
+}
+
+/// Checks a spec that needs Python.
+fn try_python(project: &Project, text: &str, place: &str) {
+    let python = std::env::var("IVX_PYTHON");
+    let given = python.as_ref().map(|python| format!("python: {python:?}, kwargs: "));
+    project.write("spec.ivx", &text.replace("kwargs: ", given.as_deref().unwrap_or("kwargs: ")));
+    let said = project.run("check", "spec.ivx", &[]);
+    let found = codes(&said);
+    let absent = python.is_err() && found == [Code::File.to_string()];
+    assert!(found.is_empty() || absent, "{place}: {}{}", said.out, said.err);
 }
 
 /// The faults that a run told.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ivx_engine::expand;
 use ivx_grammar::ast::Ast;
 use ivx_grammar::check::{File, Project, Settings, check, runs};
-use ivx_grammar::{externals, format, parse};
+use ivx_grammar::{Outside, externals, format, known_as, parse};
 use ivx_op::{Content, External, ExternalKind, Registry};
 
 /// Most nodes of a program that is expanded here.
@@ -22,9 +22,9 @@ pub(crate) fn run(text: &str, registry: &Registry) {
         lawful(text, &tree);
     }
     // What lies outside is found, whatever it is called.
-    let externals = externals(&ast, registry).into_iter().map(|(kind, name)| {
+    let externals = externals(&ast, registry).into_iter().map(|Outside { kind, name, .. }| {
         let found = Ok(Arc::new(external(kind, &name.value)));
-        ((kind, name.value), found)
+        (known_as(kind, &name), found)
     });
     let externals = externals.collect();
     let file = File {
@@ -49,6 +49,7 @@ fn external(kind: ExternalKind, name: &str) -> External {
         ExternalKind::File => file,
         ExternalKind::Program => External { content: Content::Program(name.into()), ..file },
         ExternalKind::Variable => External::variable(name.to_owned(), None),
+        ExternalKind::Foreign => External::foreign(name.to_owned(), "", name.into()),
     }
 }
 

@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use ivx_grammar::ast::{Item, ItemKind};
 use ivx_grammar::check::{File, Project};
-use ivx_grammar::{Code, Diagnostic, Spanned, externals, parse, suggest};
+use ivx_grammar::{Code, Diagnostic, Outside, Spanned, externals, known_as, parse, suggest};
 use ivx_library::command;
-use ivx_op::{External, ExternalKind, Registry};
+use ivx_op::{Args, External, ExternalKind, Fields, Lit, Literal as _, Registry};
 
 use crate::source::{self, no_spec, plain};
 use crate::{Trouble, project};
@@ -101,10 +101,10 @@ impl Loader<'_> {
             }
         }
         self.open.pop();
-        for (kind, name) in outside {
-            let id = (kind, name.value.clone());
+        for outside in outside {
+            let id = known_as(outside.kind, &outside.name);
             if !self.loaded.project.files[index].externals.contains_key(&id) {
-                let found = self.external(path, kind, &name).map(Arc::new);
+                let found = self.external(path, &outside).map(Arc::new);
                 self.loaded.project.files[index].externals.insert(id, found);
             }
         }
@@ -161,13 +161,9 @@ impl Loader<'_> {
         text.map_err(|fault| self.loaded.diagnostics.push(fault)).ok()
     }
 
-    /// What `name` means outside the file at `from`.
-    fn external(
-        &self,
-        from: &Path,
-        kind: ExternalKind,
-        name: &Spanned<String>,
-    ) -> Result<External, Diagnostic> {
+    /// What is named outside the file at `from`.
+    fn external(&self, from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
+        let Outside { kind, name, beside } = outside;
         let found = match kind {
             ExternalKind::File if Path::new(&name.value).is_absolute() => {
                 Err("is an absolute path; files are named relative to the spec".to_owned())
@@ -175,10 +171,47 @@ impl Loader<'_> {
             ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
             ExternalKind::Program => command::program(&name.value, &self.search),
             ExternalKind::Variable => command::variable(&name.value),
+            ExternalKind::Foreign => return self.world(name, beside.as_ref()),
         };
         found.map_err(|why| {
             let message = format!("`{}` {why}", name.value);
             Diagnostic::new(Code::File, name.span, message, "cannot be used")
+        })
+    }
+
+    /// The world of another program that is called so, with what is given to it.
+    fn world(&self, name: &Spanned<String>, beside: Option<&Args>) -> Result<External, Diagnostic> {
+        let fault = |code, message: String, label: &str, help: &str| {
+            Err(Diagnostic::new(code, name.span, message, label).help(help))
+        };
+        let Some(beside) = beside else {
+            let message = format!(
+                "what `{}` is given is not written beside it, where it is looked up",
+                name.value
+            );
+            let help =
+                "write all arguments here, without names; `match` chooses among several worlds";
+            return fault(Code::NotLiteral, message, "depends on what is named elsewhere", help);
+        };
+        let kwargs = beside.get("kwargs").and_then(|lit| Fields::from_lit(lit).ok());
+        let python = beside.get("python").and_then(|lit| String::from_lit(lit).ok());
+        let time_limit = beside.get("time_limit").and_then(Lit::as_f64).unwrap_or(f64::INFINITY);
+        let python = python.unwrap_or_default();
+        let program = match command::find(&python, &self.search) {
+            Ok(program) => program,
+            Err(why) => {
+                let message = format!("`{}` needs Python, and `{python}` {why}", name.value);
+                let help = "install Python and gymnasium, or name the interpreter that has it: \
+                            `python: \"/path/to/venv/bin/python\"`";
+                return fault(Code::File, message, "no interpreter", help);
+            }
+        };
+        let found =
+            command::world(&program, &name.value, &kwargs.unwrap_or_default().0, time_limit);
+        found.or_else(|why| {
+            let message = format!("`{}` cannot be used with `{python}`: {why}", name.value);
+            let help = "`python: ..` names the interpreter; it must have gymnasium and what the world needs";
+            fault(Code::File, message, "no such world", help)
         })
     }
 

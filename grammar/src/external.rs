@@ -1,16 +1,36 @@
 //! What a file names outside the spec, found before anything is checked.
 
-use ivx_op::{ExternalKind, Registry};
+use ivx_op::{Args, Decl, ExternalKind, Lit, Part, Registry};
 
 use crate::Spanned;
-use crate::ast::{Ast, AxisExpr, Expr, ExprKind, Item, ItemKind};
+use crate::ast::{Ast, AxisExpr, Expr, ExprKind, Item, ItemKind, Name};
+
+/// Something that a call names outside the spec.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outside {
+    /// What it is.
+    pub kind: ExternalKind,
+    /// Its name, as written.
+    pub name: Spanned<String>,
+    /// The other arguments of the call, with defaults; none where one is not written there plainly.
+    pub beside: Option<Args>,
+}
+
+/// What is looked up once: a world, which depends on what is written beside its name, at each place.
+#[must_use]
+pub fn known_as(kind: ExternalKind, name: &Spanned<String>) -> (ExternalKind, String) {
+    match kind {
+        ExternalKind::Foreign => (kind, format!("{} at {}", name.value, name.span.start)),
+        _ => (kind, name.value.clone()),
+    }
+}
 
 /// The names in quotes that calls of a file give to arguments which name something outside.
 ///
 /// Only what stands inside the argument itself is found: where a name comes from a parameter or an
 /// axis, the checker asks for it in place.
 #[must_use]
-pub fn externals(ast: &Ast, registry: &Registry) -> Vec<(ExternalKind, Spanned<String>)> {
+pub fn externals(ast: &Ast, registry: &Registry) -> Vec<Outside> {
     let mut found = Vec::new();
     let mut todo = Vec::new();
     items(&ast.items, &mut todo);
@@ -24,12 +44,56 @@ pub fn externals(ast: &Ast, registry: &Registry) -> Vec<(ExternalKind, Spanned<S
                     None => *i == place,
                 });
                 let given = given.flat_map(|(_, (_, expr))| names(expr));
-                found.extend(given.map(|name| (kind, name)));
+                let beside = beside(decl, place, args);
+                found.extend(given.map(|name| Outside { kind, name, beside: beside.clone() }));
             }
         }
         children(expr, &mut todo);
     }
     found
+}
+
+/// The arguments of a call but for that at `place`.
+fn beside(decl: &Decl, place: usize, args: &[(Option<Name>, Expr)]) -> Option<Args> {
+    let mut found = Args::new();
+    for (i, arg) in decl.args.iter().enumerate().filter(|(i, _)| *i != place) {
+        let given = args.iter().enumerate().find(|(j, (name, _))| match name {
+            Some(name) => name.value == arg.name,
+            None => *j == i,
+        });
+        let value = match given {
+            Some((_, (_, expr))) => Some(plain(expr)?),
+            None => arg.default.clone(),
+        };
+        if let Some(value) = value {
+            found.insert(arg.name.to_owned(), value);
+        }
+    }
+    Some(found)
+}
+
+/// The description that an expression is, if nothing needs to be known to read it.
+fn plain(expr: &Expr) -> Option<Lit> {
+    Some(match &expr.kind {
+        ExprKind::Bool(b) => Lit::Bool(*b),
+        ExprKind::Int(n) => Lit::Int(*n),
+        ExprKind::Float(x) => Lit::Real(*x),
+        ExprKind::Str(text) => Lit::Text(text.clone()),
+        ExprKind::Negate(inner) => match plain(inner)? {
+            Lit::Int(n) => Lit::Int(n.checked_neg()?),
+            Lit::Real(x) => Lit::Real(-x),
+            _ => return None,
+        },
+        ExprKind::List(items) => Lit::List(items.iter().map(plain).collect::<Option<_>>()?),
+        ExprKind::Record(fields) => {
+            let field = |(name, value): &(Option<Name>, Expr)| {
+                Some((name.as_ref()?.value.clone(), plain(value)?))
+            };
+            let args = fields.iter().map(field).collect::<Option<Vec<_>>>()?;
+            Lit::Part(Part { name: String::new(), args: args.into_iter().collect() })
+        }
+        _ => return None,
+    })
 }
 
 /// The expressions of items, in experiments too.

@@ -21,7 +21,7 @@ mod suggest;
 
 pub use deviation::deviations;
 pub use diagnostic::{Code, Diagnostic, Label, Severity, article};
-pub use external::externals;
+pub use external::{Outside, externals, known_as};
 pub use format::format;
 pub use literal::parse_literal;
 pub use parse::parse;

@@ -27,6 +27,7 @@ pub fn registry() -> Registry {
     let registry = ce::register(registry);
     let registry = ke::register(registry);
     let registry = ivx_world::register(registry);
+    let registry = ivx_foreign::register(registry);
     let registry = ivx_nn::register(registry);
     let registry = learner::register(registry);
     let registry = planner::register(registry);

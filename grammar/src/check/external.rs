@@ -6,7 +6,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::{Fit, Val, fit};
 use crate::ast::{self, ExprKind};
-use crate::external::names;
+use crate::external::{known_as, names};
 use crate::ir::Desc;
 use crate::{Code, Diagnostic, Span};
 
@@ -54,12 +54,14 @@ impl<'a> Checker<'a> {
         let span = expr.span;
         let file = self.source.file(span);
         let written = names(expr);
-        let is_written = |name: &str| written.iter().any(|written| written.value == name);
+        let find = |name: &str| {
+            let written = written.iter().find(|written| written.value == name)?;
+            file.externals.get(&known_as(kind, written))
+        };
         let (mut faults, mut foreign) = (Vec::new(), false);
         let mut changed = desc.change(&mut |desc| match desc {
             Desc::Lit(lit) => Some(Desc::Lit(look_up(lit, &mut |name| {
-                let found = file.externals.get(&(kind, name.to_owned()));
-                match found.filter(|_| is_written(name)) {
+                match find(name) {
                     Some(Ok(found)) => return Some(Lit::External(found.clone())),
                     Some(Err(fault)) => faults.push(fault.clone()),
                     None => foreign = true,

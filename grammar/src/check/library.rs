@@ -87,6 +87,9 @@ impl<'a> Library<'a> {
             Ty::List(item) => return Some(format!("write a list of {item}, such as `[a, b]`")),
             Ty::Part(family) => family,
             Ty::Word => return Some("write text in quotes, or a number".to_owned()),
+            Ty::Fields => {
+                return Some("write a record, such as `(name: \"text\", n: 3)`".to_owned());
+            }
             Ty::External(_) => return Some("write its name in quotes".to_owned()),
             Ty::Record(_) => return None,
         };

@@ -47,6 +47,7 @@ pub(super) fn fit(expected: &Ty, found: &Ty) -> Fit {
         (Ty::Word, Ty::Str | Ty::Bool | Ty::Int | Ty::Float) | (Ty::External(_), Ty::Str) => {
             Fit::Same
         }
+        (Ty::Fields, Ty::Record(_)) if is_plain(found) => Fit::Same,
         (Ty::List(_), Ty::List(item)) if **item == nothing() => Fit::Same,
         (Ty::List(expected), Ty::List(found)) => fit(expected, found),
         (Ty::Record(expected), Ty::Record(found)) if expected.keys().eq(found.keys()) => {
@@ -59,6 +60,16 @@ pub(super) fn fit(expected: &Ty, found: &Ty) -> Fit {
         }
         _ if expected == found => Fit::Same,
         _ => Fit::No,
+    }
+}
+
+/// Whether it is made of truths, numbers and texts alone.
+fn is_plain(ty: &Ty) -> bool {
+    match ty {
+        Ty::Bool | Ty::Int | Ty::Float | Ty::Str => true,
+        Ty::List(item) => **item == nothing() || is_plain(item),
+        Ty::Record(fields) => fields.values().all(is_plain),
+        _ => false,
     }
 }
 
@@ -159,6 +170,10 @@ mod tests {
         assert_eq!(fit(&Ty::Int, &Ty::Float), Fit::No);
         assert_eq!(fit(&list(Ty::Float), &list(Ty::Int)), Fit::Widened);
         assert_eq!(fit(&list(Ty::Str), &list(nothing())), Fit::Same);
+        let record = |ty| Ty::Record([("a".to_owned(), list(ty))].into());
+        assert_eq!(fit(&Ty::Fields, &record(Ty::Str)), Fit::Same);
+        assert_eq!(fit(&Ty::Fields, &record(Ty::Part("Ke".to_owned()))), Fit::No);
+        assert_eq!(fit(&Ty::Fields, &Ty::Str), Fit::No);
         assert_eq!(join(&Ty::Int, &Ty::Float), Some(Ty::Float));
         assert_eq!(join(&Ty::Int, &Ty::Str), None);
     }

@@ -22,6 +22,8 @@ pub enum Ty {
     Str,
     /// A string or a number, which stands as it is written; for arguments only.
     Word,
+    /// A record of any fields with plain values; for arguments only.
+    Fields,
     /// The name of something outside the spec; for arguments only.
     External(ExternalKind),
     /// A list of one type.
@@ -40,6 +42,7 @@ impl fmt::Display for Ty {
             Self::Float => f.write_str("Float"),
             Self::Str => f.write_str("Str"),
             Self::Word => f.write_str("Word"),
+            Self::Fields => f.write_str("Record"),
             Self::External(kind) => write!(f, "{kind}"),
             Self::List(item) => write!(f, "List<{item}>"),
             Self::Part(family) => f.write_str(family),

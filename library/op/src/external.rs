@@ -1,4 +1,4 @@
-//! What a spec names outside of itself: files, programs and variables of the environment.
+//! What a spec names outside of itself: files, programs, variables of the environment, and worlds of other programs.
 //!
 //! It is looked up when the spec is read, and what it was then is what runs.
 
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 
-use crate::{ArgError, ArgKind, Decl, Lit, Literal, Ty};
+use crate::{ArgError, ArgKind, Args, Decl, Lit, Literal, Ty};
 
 /// Something outside the spec, as it was when the spec was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,6 +36,13 @@ pub enum Content {
     Program(PathBuf),
     /// The value of a variable; none where it is not set.
     Variable(Option<OsString>),
+    /// A world of another program.
+    Foreign {
+        /// What the program says of it, in one line.
+        told: Arc<str>,
+        /// Where the program lies.
+        program: PathBuf,
+    },
 }
 
 /// A kind of thing outside the spec.
@@ -47,6 +54,9 @@ pub enum ExternalKind {
     Program,
     /// A variable of the environment.
     Variable,
+    /// A world of another program. What it is depends on all arguments of the call that names it, so that these are
+    /// written there too.
+    Foreign,
 }
 
 impl External {
@@ -68,6 +78,13 @@ impl External {
         Self { name, digest: hash.finalize().into(), content: Content::Variable(value) }
     }
 
+    /// A world, by what the program at `program` tells of it.
+    #[must_use]
+    pub fn foreign(name: String, told: &str, program: PathBuf) -> Self {
+        let digest = Sha256::digest(told).into();
+        Self { name, digest, content: Content::Foreign { told: told.into(), program } }
+    }
+
     /// What kind it is.
     #[must_use]
     pub fn kind(&self) -> ExternalKind {
@@ -75,6 +92,7 @@ impl External {
             Content::File { .. } => ExternalKind::File,
             Content::Program(_) => ExternalKind::Program,
             Content::Variable(_) => ExternalKind::Variable,
+            Content::Foreign { .. } => ExternalKind::Foreign,
         }
     }
 }
@@ -107,6 +125,7 @@ impl fmt::Display for ExternalKind {
             Self::File => "File",
             Self::Program => "Program",
             Self::Variable => "Variable",
+            Self::Foreign => "Foreign",
         })
     }
 }
@@ -166,6 +185,8 @@ external! {
     Program;
     /// A variable of the environment, with its value.
     Variable;
+    /// A world of another program, with what it says of itself.
+    Foreign;
 }
 
 /// Text, or a number as the language writes it.
@@ -185,9 +206,35 @@ impl Literal for Word {
     }
 }
 
+/// A record of any fields whose values are plain: truths, numbers, texts, and lists and records of these.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Fields(pub Args);
+
+impl Literal for Fields {
+    fn ty() -> Ty {
+        Ty::Fields
+    }
+    fn from_lit(lit: &Lit) -> Result<Self, ArgError> {
+        match lit {
+            Lit::Part(part) if is_plain(lit) => Ok(Self(part.args.clone())),
+            _ => Err(ArgError::Type { expected: Self::ty(), found: lit.clone() }),
+        }
+    }
+}
+
+fn is_plain(lit: &Lit) -> bool {
+    match lit {
+        Lit::Bool(_) | Lit::Int(_) | Lit::Real(_) | Lit::Text(_) => true,
+        Lit::List(items) => items.iter().all(is_plain),
+        Lit::Part(part) => part.name.is_empty() && part.args.values().all(is_plain),
+        Lit::Held(_) | Lit::External(_) => false,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Part;
 
     #[test]
     fn a_key_knows_the_name_and_the_digest() {
@@ -208,6 +255,19 @@ mod tests {
         assert!(File::from_lit(&file).is_ok() && Program::from_lit(&file).is_err());
         assert_eq!(Option::<File>::from_lit(&Lit::from("")), Ok(None));
         assert!(Option::<File>::from_lit(&Lit::from("a")).is_err());
+    }
+
+    #[test]
+    fn records_of_what_is_plain_are_taken_whole() {
+        let record = |value: Lit| Lit::from(Part::default().with("a", value));
+        let plain = record(vec![record(0.5.into()), record("x".into())].into());
+        let Lit::Part(part) = &plain else { unreachable!("it is a record") };
+        assert_eq!(Fields::from_lit(&plain), Ok(Fields(part.args.clone())));
+        assert_eq!(Fields::from_lit(&Part::default().into()), Ok(Fields::default()));
+        let file = Lit::External(External::file("a".into(), Vec::new(), false).into());
+        for other in [record(Part::new("wcm").into()), record(file), Part::new("wcm").into()] {
+            assert!(Fields::from_lit(&other).is_err(), "{other}");
+        }
     }
 
     #[test]

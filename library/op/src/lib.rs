@@ -35,7 +35,9 @@ pub use decl::{
     ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Takes, Ty,
 };
 pub use declare::field_name;
-pub use external::{Content, External, ExternalKind, File, Program, Variable, Word};
+pub use external::{
+    Content, External, ExternalKind, Fields, File, Foreign, Program, Variable, Word,
+};
 pub use holm::holm;
 pub use lit::{Args, Held, Lit, Part};
 pub use needs::Needs;

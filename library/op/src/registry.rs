@@ -1,7 +1,7 @@
 //! Tables of declared things, by name.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::{
     ArgDecl, ArgError, ArgKind, Args, Artifact, Call, Ctx, Decl, Dims, FieldDecl, Lit, Needs,
@@ -260,6 +260,7 @@ pub trait Family {
 /// The parts of one family, by name.
 pub struct Parts<T: ?Sized> {
     entries: BTreeMap<&'static str, (Decl, Build<T>)>,
+    further: OnceLock<Box<Parts<T>>>,
 }
 
 impl<T: Family + ?Sized + 'static> Default for Parts<T> {
@@ -272,7 +273,13 @@ impl<T: Family + ?Sized + 'static> Parts<T> {
     /// An empty family. Name the type: `Parts::<dyn KnowledgeEquivalent>::new()`.
     #[must_use]
     pub fn new() -> Self {
-        Self { entries: BTreeMap::new() }
+        Self { entries: BTreeMap::new(), further: OnceLock::new() }
+    }
+
+    /// The parts of the family that a crate has which uses that of the family: one crate can add such, where it
+    /// registers them.
+    pub fn further(&self, table: impl FnOnce() -> Self) -> &Self {
+        self.further.get_or_init(|| Box::new(table()))
     }
 
     /// Adds a part; `wrap` is `|part| Box::new(part)`.
@@ -298,7 +305,9 @@ impl<T: Family + ?Sized + 'static> Parts<T> {
     /// If the part is not in the family or an argument cannot be built.
     pub fn build(&self, part: &Part) -> Result<Box<T>, ArgError> {
         let missing = || ArgError::NoSuchPart { family: T::NAME, name: part.name.clone() };
-        let (_, build) = self.entries.get(part.name.as_str()).ok_or_else(missing)?;
+        let Some((_, build)) = self.entries.get(part.name.as_str()) else {
+            return self.further.get().ok_or_else(missing)?.build(part);
+        };
         build(&Call { args: part.args.clone(), ports: BTreeMap::new() })
     }
 }

@@ -13,13 +13,13 @@ mod process;
 mod read;
 mod run;
 mod setting;
-mod watch;
 
 use ivx_op::Registry;
 
 pub use input::{AsFile, Input};
+pub use ivx_foreign::look_up as world;
 pub use npz::npz;
-pub use outside::{file, program, variable};
+pub use outside::{file, find, program, variable};
 pub use read::{ReadDataset, ReadFile, ReadModel, ReadScalar};
 pub use run::RunProgram;
 pub use setting::{Inherited, SetVariable, Setting};
@@ -27,12 +27,12 @@ pub use setting::{Inherited, SetVariable, Setting};
 /// Asks every program that runs to end, kills it if it has not a second later, and starts no other.
 /// The nodes that they are fail.
 pub fn stop_all() {
-    process::stop_all();
+    ivx_foreign::stop_all();
 }
 
 /// Kills every program that runs and removes its folder: for a process that is about to end.
 pub fn abandon_all() {
-    process::kill_all();
+    ivx_foreign::kill_all();
     folder::remove_all();
 }
 

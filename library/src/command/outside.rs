@@ -56,11 +56,11 @@ fn place(name: &str) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("/"))
 }
 
-/// The program of this name: an absolute path, or what lies first in the folders of `search`.
+/// Where the program of this name lies: an absolute path, or what lies first in the folders of `search`.
 ///
 /// # Errors
 /// Why it cannot be used.
-pub fn program(name: &str, search: &OsStr) -> Result<External, String> {
+pub fn find(name: &str, search: &OsStr) -> Result<PathBuf, String> {
     let path = if Path::new(name).is_absolute() {
         PathBuf::from(name)
     } else if name.is_empty() || name.contains('/') {
@@ -73,6 +73,15 @@ pub fn program(name: &str, search: &OsStr) -> Result<External, String> {
     if !is_program(&path) {
         return Err("is no file that can be executed".to_owned());
     }
+    Ok(path)
+}
+
+/// The program of this name, where it is found.
+///
+/// # Errors
+/// Why it cannot be used.
+pub fn program(name: &str, search: &OsStr) -> Result<External, String> {
+    let path = find(name, search)?;
     let digest = digest(&path).map_err(|error| format!("cannot be read: {error}"))?;
     Ok(External { name: name.to_owned(), digest, content: Content::Program(path) })
 }

@@ -1,47 +1,15 @@
 //! Runs a program to its end, or to that of its time.
 
-use std::collections::BTreeSet;
 use std::io::Read;
 use std::os::fd::AsFd;
-use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
-
-use super::watch;
+use ivx_foreign::{For, GRACE, Group, LOOK, TAIL, how, ready, stopping, tail};
 
 /// Most bytes that a program may write to a stream which nobody keeps.
 const MAX_LOG: usize = 64 << 20;
-/// How much of the end of such a stream is shown when the program fails.
-const TAIL: usize = 4096;
-/// How many of its last lines.
-const TAIL_LINES: usize = 20;
-/// The longest time between two looks at a silent program.
-const LOOK: Duration = Duration::from_millis(50);
-/// How long a program that is asked to end may take to do so.
-const GRACE: Duration = Duration::from_secs(1);
-
-/// The process groups that run.
-static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
-
-/// Whether programs are to end, and none to be started.
-static STOPPING: AtomicBool = AtomicBool::new(false);
-
-/// Asks every program that runs to end, with what it started; who does not is killed a second later.
-pub(super) fn stop_all() {
-    STOPPING.store(true, Ordering::SeqCst);
-}
-
-/// Kills every program that runs, with what it started.
-pub(super) fn kill_all() {
-    let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-    running.iter().for_each(|group| kill(*group, Signal::KILL));
-}
 
 /// What a program wrote to its standard output, where `keep` asks for at most so many bytes.
 ///
@@ -53,16 +21,15 @@ pub(super) fn run(
     time_limit: f64,
     keep: Option<usize>,
 ) -> Result<Vec<u8>, String> {
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let stopped = || Err(format!("`{name}` was stopped"));
-    if STOPPING.load(Ordering::SeqCst) {
+    if stopping() {
         return stopped().map(|()| Vec::new());
     }
     let started = Instant::now();
-    watch::begin();
-    let child = command.spawn().map_err(|error| format!("`{name}` cannot be started: {error}"))?;
+    let group = Group::start(command);
+    let mut group = group.map_err(|error| format!("`{name}` cannot be started: {error}"))?;
     let deadline = Duration::try_from_secs_f64(time_limit).ok();
-    let mut group = Group::of(child);
     let child = &mut group.child;
     let mut out = Stream::new(child.stdout.take().expect("it is piped"), "output", keep);
     let mut err = Stream::new(child.stderr.take().expect("it is piped"), "error", None);
@@ -73,9 +40,9 @@ pub(super) fn run(
         if deadline.is_some() && left.is_none() {
             break Err(format!("`{name}` was stopped after {time_limit} s, its time limit"));
         }
-        if asked.is_none() && STOPPING.load(Ordering::SeqCst) {
+        if asked.is_none() && stopping() {
             asked = Some(Instant::now());
-            kill(group.id, Signal::TERM);
+            group.ask();
         }
         if asked.is_some_and(|asked| asked.elapsed() >= GRACE) {
             break stopped();
@@ -117,64 +84,6 @@ pub(super) fn run(
         tail if tail.is_empty() => failed,
         tail => format!("{failed}; its standard {by} ends:\n{tail}"),
     })
-}
-
-/// A program and what it started; all of it is killed at the end.
-struct Group {
-    child: Child,
-    id: u32,
-    ended: bool,
-}
-
-impl Group {
-    fn of(child: Child) -> Self {
-        let id = child.id();
-        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).insert(id);
-        watch::began(id);
-        Self { child, id, ended: false }
-    }
-
-    /// Whether the program has ended. It is not reaped, so that its number stays its own.
-    fn has_ended(&self) -> std::io::Result<bool> {
-        let options = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT | WaitIdOptions::NOHANG;
-        let pid = pid(self.id).expect("processes have numbers above 0");
-        match waitid(WaitId::Pid(pid), options) {
-            Ok(status) => Ok(status.is_some()),
-            Err(rustix::io::Errno::INTR) => Ok(false),
-            Err(error) => Err(error.into()),
-        }
-    }
-
-    /// Kills what is left.
-    fn end(&mut self) -> std::io::Result<ExitStatus> {
-        {
-            let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-            kill(self.id, Signal::KILL);
-            running.remove(&self.id);
-        }
-        watch::ended(self.id);
-        self.ended = true;
-        self.child.wait()
-    }
-}
-
-impl Drop for Group {
-    fn drop(&mut self) {
-        if !self.ended {
-            drop(self.end());
-        }
-    }
-}
-
-fn pid(id: u32) -> Option<Pid> {
-    i32::try_from(id).ok().and_then(Pid::from_raw)
-}
-
-fn kill(group: u32, signal: Signal) {
-    if let Some(pid) = pid(group) {
-        // There may be nobody left.
-        let _ = kill_process_group(pid, signal);
-    }
 }
 
 /// One stream of a program.
@@ -232,21 +141,10 @@ fn hear(
         thread::sleep(wait);
         return Ok(false);
     }
-    let (first, second) = {
-        let streams = [out.pipe.as_ref().map(AsFd::as_fd), err.pipe.as_ref().map(AsFd::as_fd)];
-        let open: Vec<_> = streams.iter().flatten().copied().collect();
-        let mut fds: Vec<_> =
-            open.iter().map(|fd| PollFd::from_borrowed_fd(*fd, PollFlags::IN)).collect();
-        let wait = Timespec::try_from(wait).expect("the wait is short");
-        match poll(&mut fds, Some(&wait)) {
-            Ok(_) => {}
-            Err(rustix::io::Errno::INTR) => return Ok(false),
-            Err(error) => return Err(format!("cannot be heard: {error}")),
-        }
-        let mut ready = fds.iter().map(|fd| !fd.revents().is_empty());
-        let mut next = |open: bool| open && ready.next().unwrap_or_default();
-        (next(streams[0].is_some()), next(streams[1].is_some()))
-    };
+    let streams = [out.pipe.as_ref().map(AsFd::as_fd), err.pipe.as_ref().map(AsFd::as_fd)];
+    let streams = streams.map(|stream| stream.map(|stream| (stream, For::Reading)));
+    let [first, second] =
+        ready(streams, wait).map_err(|error| format!("cannot be heard: {error}"))?;
     if first {
         out.read()?;
     }
@@ -256,88 +154,9 @@ fn hear(
     Ok(first || second)
 }
 
-fn how(status: ExitStatus) -> String {
-    match (status.code(), status.signal()) {
-        (Some(code), _) => format!("ended with exit code {code}"),
-        (_, Some(signal)) => format!("was killed by signal {signal}{}", signal_name(signal)),
-        _ => "ended in an unknown way".to_owned(),
-    }
-}
-
-fn signal_name(signal: i32) -> String {
-    let names = [
-        (Signal::ABORT, "SIGABRT"),
-        (Signal::BUS, "SIGBUS"),
-        (Signal::FPE, "SIGFPE"),
-        (Signal::ILL, "SIGILL"),
-        (Signal::KILL, "SIGKILL"),
-        (Signal::SEGV, "SIGSEGV"),
-        (Signal::TERM, "SIGTERM"),
-    ];
-    let name = names.iter().find(|(known, _)| known.as_raw() == signal);
-    name.map(|(_, name)| format!(" ({name})")).unwrap_or_default()
-}
-
-/// The last lines of what was said, as a terminal shows them.
-fn tail(said: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&said[said.len().saturating_sub(TAIL)..]);
-    let lines: Vec<String> = text.trim_end().split('\n').map(played).collect();
-    let lines = if lines.iter().all(String::is_empty) { &[] } else { &lines[..] };
-    let last = &lines[lines.len().saturating_sub(TAIL_LINES)..];
-    last.iter().map(|line| format!("    {line}")).collect::<Vec<_>>().join("\n")
-}
-
-/// A line as it looks in the end: bars of progress write over what they wrote. What steers terminals otherwise
-/// is left out.
-fn played(line: &str) -> String {
-    let mut shown: Vec<char> = Vec::new();
-    let mut at = 0_usize;
-    let mut chars = line.chars().peekable();
-    while let Some(c) = chars.next() {
-        match c {
-            '\r' => at = 0,
-            '\u{8}' => at = at.saturating_sub(1),
-            '\u{1b}' => match chars.next() {
-                Some('[') => {
-                    let is_inside = |c: &char| !('@'..='~').contains(c);
-                    let of: String = std::iter::from_fn(|| chars.next_if(is_inside)).collect();
-                    match (chars.next(), &*of) {
-                        (Some('K'), "" | "0") => shown.truncate(at),
-                        (Some('K'), "2") => shown.clear(),
-                        _ => {}
-                    }
-                }
-                // A title of the window, until a bell or another escape.
-                Some(']') => while chars.next_if(|c| !matches!(c, '\u{7}' | '\u{1b}')).is_some() {},
-                _ => {}
-            },
-            c if c.is_control() && c != '\t' => {}
-            c => {
-                shown.resize(shown.len().max(at + 1), ' ');
-                shown[at] = c;
-                at += 1;
-            }
-        }
-    }
-    shown.into_iter().collect::<String>().trim_end().to_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lines_are_shown_as_terminals_show_them() {
-        let check = |line: &str, expected: &str| assert_eq!(played(line), expected, "{line:?}");
-        check("10 %\r20 %\rdone", "done");
-        check("long line\rno", "nong line");
-        check("windows\r", "windows");
-        check("half\r\u{1b}[Kall", "all");
-        check("ab\u{8}c", "ac");
-        check("\u{1b}[1;31mred\u{1b}[0m \u{1b}]0;title\u{7}x\u{1b}", "red x");
-        check("a\u{1b}[2Kb", " b");
-        check("a\tb\u{0}", "a\tb");
-    }
 
     fn shell(script: &str, time_limit: f64, keep: Option<usize>) -> Result<String, String> {
         let mut command = Command::new("/bin/sh");
@@ -393,13 +212,5 @@ mod tests {
         let why = shell(&script("wait"), 0.5, None).unwrap_err();
         assert_eq!(why, "`sh` was stopped after 0.5 s, its time limit");
         assert!(is_gone());
-    }
-
-    #[test]
-    fn no_more_than_the_end_is_shown() {
-        let said: Vec<String> = (0..1000).map(|i| format!("line {i}")).collect();
-        let shown = tail(said.join("\n").as_bytes());
-        assert_eq!(shown.lines().count(), TAIL_LINES);
-        assert!(shown.starts_with("    line 980\n") && shown.ends_with("line 999"));
     }
 }

@@ -268,9 +268,10 @@ impl<'a> Lanes<'a> {
         let longest = acts.iter().map(|acts| acts.len() / width).max().unwrap_or_default();
         for t in 0..longest {
             let act = |lane: usize| acts[lane].chunks_exact(width).nth(t);
-            let lanes: Vec<usize> = all.iter().copied().filter(|i| act(*i).is_some()).collect();
-            for &lane in &lanes {
-                self.step.acts.restore(lane, act(lane).expect("it has one"));
+            let mut lanes = Vec::new();
+            for (lane, act) in all.iter().filter_map(|lane| Some((*lane, act(*lane)?))) {
+                self.step.acts.restore(lane, act);
+                lanes.push(lane);
             }
             self.advance(&lanes)?;
         }

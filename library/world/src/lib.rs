@@ -142,10 +142,11 @@ pub fn world_pays(facts: &Facts<'_>) -> Result<(), Wrong> {
 }
 
 macro_rules! tables {
-    ($($table:ident: $family:ident = $name:literal { $($part:ty),+ })+) => {$(
+    ($($vis:vis $table:ident: $family:ident = $name:literal { $($part:ty),+ })+) => {$(
         family!(dyn $family, $name, $table);
 
-        fn $table() -> &'static Parts<dyn $family> {
+        #[doc = concat!("The parts of `", $name, "`, by name.")]
+        $vis fn $table() -> &'static Parts<dyn $family> {
             static TABLE: LazyLock<Parts<dyn $family>> = LazyLock::new(|| {
                 Parts::<dyn $family>::new()$(.with(|part: $part| Box::new(part)))+
             });
@@ -162,7 +163,7 @@ tables! {
     regions: Region = "Region" { Interval, Intervals }
     places: Points = "Points" { Grid, Grids }
     tasks: Task = "Task" { Copying, Glyphs }
-    envs: Env = "Env" {
+    pub envs: Env = "Env" {
         Acrobot, CartPole, Chain, CoinGrid, GoalWorld, Gridworld, Minatar, MountainCar, MountainCarContinuous,
         Pendulum
     }

@@ -37,17 +37,17 @@ static WATCH: LazyLock<Mutex<Option<ChildStdin>>> = LazyLock::new(|| {
 
 /// Sees to it that the shell listens. A program is started after that, so that there is hardly a
 /// moment in which nobody would end it.
-pub(super) fn begin() {
+pub(crate) fn begin() {
     LazyLock::force(&WATCH);
 }
 
 /// Says that a group of processes runs.
-pub(super) fn began(group: u32) {
+pub(crate) fn began(group: u32) {
     say("began", group);
 }
 
 /// Says that it does not any more.
-pub(super) fn ended(group: u32) {
+pub(crate) fn ended(group: u32) {
     say("ended", group);
 }
 
