@@ -150,7 +150,7 @@ impl<'a> Checker<'a> {
             "False" | "FALSE" | "no" | "off" => {
                 return known(&format!("there is no `{name}`"), "write `false`");
             }
-            "None" | "null" | "nil" | "NULL" | "undefined" | "nothing" => {
+            "None" | "none" | "null" | "nil" | "NULL" | "undefined" | "nothing" => {
                 return known(
                     &format!("there is no `{name}`: everything has a value"),
                     "leave the argument out for its default, or write the value that is meant",
