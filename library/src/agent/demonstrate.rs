@@ -1,18 +1,50 @@
 //! What others did, for somebody to learn from.
 
 use ivx_data::form::{failed, wrong};
-use ivx_data::{Dataset, Demonstrations, Form, Rollouts, Values, shown_by};
-use ivx_op::{Ctx, Facts, One, Op, OpError, Shapes, Wrong, declare};
+use ivx_data::{
+    Dataset, Demonstrations, Form, Rollouts, Trajectories, Values, same_world, shown_by,
+};
+use ivx_op::{Ctx, Facts, Labelled, One, Op, OpError, Shapes, Wrong, declare};
 
 use super::agent::sight;
 
 declare! {
-    /// What somebody saw and did in some episodes, without what they paid (§4.2).
+    /// What somebody saw and did in some episodes, without what they paid (§4.2): of one who acted, or of all whose
+    /// episodes are collected over an axis, whose labels tell whose they are.
     pub struct Demonstrate = "demonstrations" @ 2 -> Demonstrations {
         /// The episodes.
-        of: One<Rollouts>;
+        of: Labelled<Rollouts>;
+        /// The axis whose labels tell whose they are, where they are collected.
+        whose: String = "";
     }
+    rule is_told;
     shapes of_rollouts;
+}
+
+fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let (axes, whose) = (facts.seen("of"), facts.arg::<String>("whose").unwrap_or_default());
+    let told: Vec<&str> = (!whose.is_empty()).then_some(whose.as_str()).into_iter().collect();
+    if axes == told {
+        return Ok(());
+    }
+    let axes: Vec<String> = axes.iter().map(|axis| format!("`{axis}`")).collect();
+    let (message, help) = match &axes[..] {
+        [] => (
+            format!("these episodes are not collected over `{whose}`, so that all are of one"),
+            format!("write `collect(.., over: {whose})`, or leave `whose` out"),
+        ),
+        [axis] => (
+            format!(
+                "these episodes are collected over {axis}, which is not whose they are said to be"
+            ),
+            format!("write `whose: \"{}\"`", axis.trim_matches('`')),
+        ),
+        many => (
+            format!("these episodes are collected over {}", many.join(" and ")),
+            "collect them over one axis, that of those who acted".to_owned(),
+        ),
+    };
+    Err(Wrong { arg: "whose", message, help })
 }
 
 fn of_rollouts(facts: &Facts<'_>) -> Option<Shapes> {
@@ -21,9 +53,21 @@ fn of_rollouts(facts: &Facts<'_>) -> Option<Shapes> {
 
 impl Op for Demonstrate {
     fn run(&self, _: &Ctx) -> Result<Demonstrations, OpError> {
-        let paths = self.of.paths.clone();
-        let whose = vec![0; paths.episodes.len()];
-        Ok(Demonstrations { paths, names: vec![String::new()], whose })
+        let mut all: Option<Demonstrations> = None;
+        for (labels, of) in self.of.each() {
+            let all = all.get_or_insert_with(|| Demonstrations {
+                paths: Trajectories::new(of.paths.seen.fields().to_vec(), of.paths.does.clone()),
+                names: Vec::new(),
+                whose: Vec::new(),
+            });
+            let own = (all.paths.seen.fields(), &all.paths.does);
+            same_world("the first episodes show", own, (of.paths.seen.fields(), &of.paths.does))
+                .map_err(failed)?;
+            all.whose.extend(vec![all.names.len(); of.paths.episodes.len()]);
+            all.names.push(labels.join(", "));
+            all.paths.append(&of.paths);
+        }
+        all.ok_or_else(|| OpError::Failed("there are no episodes to show".to_owned()))
     }
 }
 
@@ -75,6 +119,7 @@ pub(super) fn seen_before(of: &Demonstrations) -> Vec<usize> {
 mod tests {
     use super::*;
     use ivx_data::{Episode, Walks};
+    use ivx_op::{Dim, Gathered, Labels};
 
     #[test]
     fn rewards_stay_behind_and_states_are_ones() {
@@ -87,8 +132,22 @@ mod tests {
         let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
         let walks = Walks { n_states: 3, actions, episodes: vec![e.clone(), e] };
         let ctx = Ctx::new("demonstrations", 0, None);
-        let shown = Demonstrate { of: One(Rollouts::from(walks)) }.run(&ctx).unwrap();
+        let gathered = |dims: Vec<Dim>, n| Gathered {
+            dims,
+            values: vec![Rollouts::from(walks.clone()); n],
+            name: String::new(),
+        };
+        let one = Labelled(gathered(Vec::new(), 1));
+        let shown = Demonstrate { of: one, whose: String::new() }.run(&ctx).unwrap();
         assert_eq!((shown.whose.len(), seen_before(&shown)), (2, vec![0, 1, 2, 4, 5, 6]));
+        let colours = Labels::Names(vec!["red".to_owned(), "green".to_owned()]);
+        let two = Labelled(gathered(vec![Dim::new("colour", colours)], 2));
+        let both = Demonstrate { of: two, whose: "colour".to_owned() }.run(&ctx).unwrap();
+        assert_eq!(
+            (both.whose, both.names),
+            (vec![0, 0, 1, 1], vec!["red".to_owned(), "green".to_owned()])
+        );
+        assert_eq!(both.paths.n_steps(), 2 * shown.paths.n_steps());
         let data = LabelledActions { of: One(shown) }.run(&ctx).unwrap();
         assert_eq!(data.y, [0.0, 1.0, 1.0].repeat(2));
         assert_eq!(data.x, [0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].repeat(2));

@@ -5,8 +5,8 @@ use std::sync::Mutex;
 use ivx_library::agent::{Act, Demonstrate, Learn, Learned, Method, Span, Tabular};
 use ivx_math::moments::mean;
 use ivx_op::{
-    Array, Artifact as _, Ctx, Gathered, Held, Lit, Literal as _, One, Op as _, OpError, Part,
-    Progress,
+    Array, Artifact as _, Ctx, Gathered, Held, Labelled, Lit, Literal as _, One, Op as _, OpError,
+    Part, Progress,
 };
 use ivx_world::{Chain, Env};
 
@@ -46,8 +46,11 @@ fn bc() -> Part {
     let policy = One(Array { dims, values: [0.2, 0.8].repeat(10) });
     let (actor, stream) = (Box::new(Tabular { policy }), "main".to_owned());
     let act = Act { actor, r#in: env(), episodes: 300, limit: 0, stream };
-    let of = One(act.run(&Ctx::new("act", 1, None)).expect("it acts"));
-    let shown = Demonstrate { of }.run(&Ctx::new("demonstrations", 1, None)).expect("they are");
+    let values = vec![act.run(&Ctx::new("act", 1, None)).expect("it acts")];
+    let of = Labelled(Gathered { dims: Vec::new(), values, name: String::new() });
+    let shown = Demonstrate { of, whose: String::new() }
+        .run(&Ctx::new("demonstrations", 1, None))
+        .expect("they are");
     let values = vec![shown.encode().into()];
     let held = Gathered { dims: Vec::new(), values, name: String::new() };
     Part::new("bc")

@@ -33,6 +33,7 @@ impl Acts {
     }
 
     /// That of a lane.
+    #[inline]
     #[must_use]
     pub fn get(&self, lane: usize) -> Act<'_> {
         match self.width {
@@ -199,10 +200,8 @@ impl<'a> Lanes<'a> {
     /// If a world failed: then nothing can be done with them any more.
     pub fn step(&mut self) -> Result<&Step, OpError> {
         std::mem::swap(&mut self.seen, &mut self.step.before);
-        let awake = std::mem::take(&mut self.awake);
-        let done = self.advance(&awake);
-        self.awake = awake;
-        done.map(|()| &self.step)
+        self.advance()?;
+        Ok(&self.step)
     }
 
     /// Leaves a lane as it is from here on.
@@ -210,31 +209,38 @@ impl<'a> Lanes<'a> {
         self.awake.retain(|awake| *awake != lane);
     }
 
-    fn advance(&mut self, lanes: &[usize]) -> Result<(), OpError> {
-        let Self { worlds, luck, each, step, seen, over, .. } = self;
-        worlds.step(lanes, luck, step)?;
+    fn advance(&mut self) -> Result<(), OpError> {
+        let Self { worlds, luck, each, awake, over, step, seen, spec, .. } = self;
+        worlds.step(awake, luck, step)?;
         over.clear();
-        for &lane in lanes {
-            let Lane { episode, length, payoff, acts } = &mut each[lane];
-            step.acts.keep(lane, acts);
-            *length += 1;
-            *payoff += step.rewards[lane];
-            let cut = self.spec.limit.is_some_and(|limit| *length >= limit);
-            if step.ends[lane] == End::No && cut {
-                step.ends[lane] = End::Limit;
+        for &lane in &*awake {
+            let one = &mut each[lane];
+            step.acts.keep(lane, &mut one.acts);
+            one.length += 1;
+            one.payoff += step.rewards[lane];
+            let end = &mut step.ends[lane];
+            if *end == End::No && spec.limit.is_some_and(|limit| one.length >= limit) {
+                *end = End::Limit;
             }
-            if step.ends[lane] == End::No {
-                seen.set(lane, &step.after, lane);
-                continue;
+            match *end {
+                End::No => seen.set(lane, &step.after, lane),
+                End::Terminal | End::Limit => over.push(lane),
             }
+        }
+        if self.over.is_empty() { Ok(()) } else { self.follow() }
+    }
+
+    /// Begins the episodes that follow those that are over.
+    fn follow(&mut self) -> Result<(), OpError> {
+        for &lane in &self.over {
+            let Lane { episode, length, payoff, acts } = &mut self.each[lane];
             self.finished.push(Finished { lane, payoff: *payoff, length: *length });
             *episode += 1;
-            luck[lane] = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
+            self.luck[lane] = Luck::of(&self.ctx, self.stream, lane as u64, *episode);
             (*length, *payoff) = (0, 0.0);
             acts.clear();
-            over.push(lane);
         }
-        if over.is_empty() { Ok(()) } else { worlds.reset(over, luck, seen) }
+        self.worlds.reset(&self.over, &mut self.luck, &mut self.seen)
     }
 
     /// The episodes that were finished since this was asked last, in their order.
@@ -268,13 +274,14 @@ impl<'a> Lanes<'a> {
         let longest = acts.iter().map(|acts| acts.len() / width).max().unwrap_or_default();
         for t in 0..longest {
             let act = |lane: usize| acts[lane].chunks_exact(width).nth(t);
-            let mut lanes = Vec::new();
+            self.awake.clear();
             for (lane, act) in all.iter().filter_map(|lane| Some((*lane, act(*lane)?))) {
                 self.step.acts.restore(lane, act);
-                lanes.push(lane);
+                self.awake.push(lane);
             }
-            self.advance(&lanes)?;
+            self.advance()?;
         }
+        self.awake = all;
         if self.finished.is_empty() {
             return Ok(());
         }

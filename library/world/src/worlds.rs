@@ -45,13 +45,13 @@ impl Worlds for Vec<Box<dyn World>> {
     }
 
     fn step(&mut self, lanes: &[usize], luck: &mut [Luck], step: &mut Step) -> Result<(), OpError> {
+        let Step { acts, rewards, after, ends, told, .. } = step;
         // Most tell nothing, and a division takes a tenth of a step.
-        let width = if step.told.is_empty() { 0 } else { step.told.len() / step.rewards.len() };
+        let width = if told.is_empty() { 0 } else { told.len() / rewards.len() };
         for &lane in lanes {
-            let told = &mut step.told[lane * width..][..width];
-            let mut row = Row::of(&mut step.after, lane, told);
-            let (reward, end) = self[lane].step(step.acts.get(lane), &mut luck[lane], &mut row);
-            (step.rewards[lane], step.ends[lane]) = (reward, end);
+            let mut row = Row::of(after, lane, &mut told[lane * width..][..width]);
+            let (reward, end) = self[lane].step(acts.get(lane), &mut luck[lane], &mut row);
+            (rewards[lane], ends[lane]) = (reward, end);
         }
         Ok(())
     }
