@@ -75,7 +75,9 @@ impl Op for Act {
             };
             let see = |lane: usize, step: &Step| append(&mut each[lane], lane, step);
             drive.run((&mut *actor, &mut rng), ctx, look, see)?;
-            each.iter().for_each(|episode| all.append(episode));
+            for episode in &each {
+                all.append(episode);
+            }
         }
         Ok(all)
     }

@@ -50,9 +50,13 @@ impl<'a> Drive<'a> {
             let (seen, acts) = lanes.choose();
             actor.act(seen, rng, acts);
             let step = lanes.step()?;
-            open.iter().for_each(|lane| see(*lane, step));
+            for lane in &open {
+                see(*lane, step);
+            }
             let over: Vec<usize> = lanes.finished().map(|episode| episode.lane).collect();
-            over.iter().for_each(|lane| lanes.rest(*lane));
+            for lane in &over {
+                lanes.rest(*lane);
+            }
             open.retain(|lane| !over.contains(lane));
         }
         Ok(())
