@@ -89,7 +89,7 @@ fn lanes_go_in_one_message_and_begin_with_seeds_of_their_own() {
     assert_eq!(now[0], two[0]);
     assert_ne!(now[1], two[1]);
     // The first rests.
-    lanes.rest(0);
+    lanes.rest(&[0]);
     lanes.choose().1.places = vec![1, 1];
     let ends = lanes.step().expect("it goes on").ends.clone();
     assert_eq!(ends, [End::No, End::Terminal]);

@@ -135,9 +135,10 @@ impl Op for Returns {
 #[cfg(test)]
 mod tests {
     use super::super::actor::{Random, Tabular};
+    use super::super::strolls;
     use super::super::tabular::PolicyValues;
     use super::*;
-    use ivx_data::{Episode, Values, Walks};
+    use ivx_data::{Values, Walks};
     use ivx_math::bellman::expected_values;
     use ivx_math::moments::mean;
     use ivx_op::Artifact as _;
@@ -210,14 +211,7 @@ mod tests {
 
     #[test]
     fn returns_by_hand() {
-        let e = Episode {
-            states: vec![1, 0, 1, 2],
-            actions: vec![0, 1, 1],
-            rewards: vec![1.0, 0.0, 2.0],
-            ended: true,
-        };
-        let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
-        let of = One(Rollouts::from(Walks { n_states: 3, actions, episodes: vec![e.clone(), e] }));
+        let of = One(Rollouts::from(strolls(2)));
         // 1 + 0 + ¼·2
         assert_eq!(Returns { of, discount: 0.5 }.run(&CTX).unwrap().values, [1.5, 1.5]);
     }

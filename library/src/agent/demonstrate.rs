@@ -117,24 +117,16 @@ pub(super) fn seen_before(of: &Demonstrations) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::strolls;
     use super::*;
-    use ivx_data::{Episode, Walks};
     use ivx_op::{Dim, Gathered, Labels};
 
     #[test]
     fn rewards_stay_behind_and_states_are_ones() {
-        let e = Episode {
-            states: vec![1, 0, 1, 2],
-            actions: vec![0, 1, 1],
-            rewards: vec![1.0, 0.0, 2.0],
-            ended: true,
-        };
-        let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
-        let walks = Walks { n_states: 3, actions, episodes: vec![e.clone(), e] };
         let ctx = Ctx::new("demonstrations", 0, None);
         let gathered = |dims: Vec<Dim>, n| Gathered {
             dims,
-            values: vec![Rollouts::from(walks.clone()); n],
+            values: vec![Rollouts::from(strolls(2)); n],
             name: String::new(),
         };
         let one = Labelled(gathered(Vec::new(), 1));

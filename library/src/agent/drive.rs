@@ -37,9 +37,9 @@ impl<'a> Drive<'a> {
         if let Some(steps) = self.limit {
             lanes.limit(steps);
         }
-        let mut open: Vec<usize> = (0..self.worlds).collect();
+        let mut over: Vec<usize> = Vec::new();
         for t in 0_u64.. {
-            if open.is_empty() {
+            if lanes.awake().is_empty() {
                 break;
             }
             if t % LOOKS == 0 {
@@ -49,15 +49,13 @@ impl<'a> Drive<'a> {
             rng.set_word_pos(0);
             let (seen, acts) = lanes.choose();
             actor.act(seen, rng, acts);
-            let step = lanes.step()?;
-            for lane in &open {
-                see(*lane, step);
+            lanes.step()?;
+            for lane in lanes.awake() {
+                see(*lane, lanes.stepped());
             }
-            let over: Vec<usize> = lanes.finished().map(|episode| episode.lane).collect();
-            for lane in &over {
-                lanes.rest(*lane);
-            }
-            open.retain(|lane| !over.contains(lane));
+            over.clear();
+            over.extend(lanes.finished().map(|episode| episode.lane));
+            lanes.rest(&over);
         }
         Ok(())
     }

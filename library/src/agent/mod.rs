@@ -23,6 +23,19 @@ pub use evaluate::{Evaluate, Evaluation};
 pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
 pub use method::{A2c, Bc, Dqn, Learning, Means, Method, Ppo, Setting, q_loss, q_target};
 
+/// A walk of three steps through a world of three states, so many times, for tests.
+#[cfg(test)]
+fn strolls(n: usize) -> ivx_data::Walks {
+    let stroll = ivx_data::Episode {
+        states: vec![1, 0, 1, 2],
+        actions: vec![0, 1, 1],
+        rewards: vec![1.0, 0.0, 2.0],
+        ended: true,
+    };
+    let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
+    ivx_data::Walks { n_states: 3, actions, episodes: vec![stroll; n] }
+}
+
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
     method::register(tabular::register(registry))

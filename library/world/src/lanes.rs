@@ -204,9 +204,21 @@ impl<'a> Lanes<'a> {
         Ok(&self.step)
     }
 
-    /// Leaves a lane as it is from here on.
-    pub fn rest(&mut self, lane: usize) {
-        self.awake.retain(|awake| *awake != lane);
+    /// What came of the last step.
+    #[must_use]
+    pub fn stepped(&self) -> &Step {
+        &self.step
+    }
+
+    /// The lanes that go on, in order.
+    #[must_use]
+    pub fn awake(&self) -> &[usize] {
+        &self.awake
+    }
+
+    /// Leaves some lanes, in order, as they are from here on.
+    pub fn rest(&mut self, lanes: &[usize]) {
+        self.awake.retain(|awake| lanes.binary_search(awake).is_err());
     }
 
     fn advance(&mut self) -> Result<(), OpError> {

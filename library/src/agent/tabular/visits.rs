@@ -27,18 +27,11 @@ impl Op for Visits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ivx_data::{Episode, Walks};
+    use crate::agent::strolls;
 
     #[test]
     fn every_step_is_counted() {
-        let e = Episode {
-            states: vec![1, 0, 1, 2],
-            actions: vec![0, 1, 1],
-            rewards: vec![1.0, 0.0, 2.0],
-            ended: true,
-        };
-        let actions = vec!["LEFT".to_owned(), "RIGHT".to_owned()];
-        let of = One(Rollouts::from(Walks { n_states: 3, actions, episodes: vec![e] }));
+        let of = One(Rollouts::from(strolls(1)));
         let found = Visits { of }.run(&Ctx::new("visits", 0, None)).unwrap();
         assert_eq!(found.values, [0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
     }
