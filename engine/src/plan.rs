@@ -1,5 +1,6 @@
 //! The graph to run: plain data, one node a computation.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -96,8 +97,10 @@ impl Step {
             let node = self.held.get(slot)?.sources.first()?.node()?;
             plan.graph[node].shapes.clone()
         };
-        let mut args = self.args.clone();
-        args.values_mut().for_each(|arg| arg.foresee(&held));
+        let mut args = Cow::Borrowed(&self.args);
+        if !self.held.is_empty() {
+            args.to_mut().values_mut().for_each(|arg| arg.foresee(&held));
+        }
         let needs = registry.needs(&self.op, &args, self.shapes.as_deref(), input_bytes);
         Needs { threads: needs.threads.max(1), ..needs }
     }

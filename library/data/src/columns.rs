@@ -100,6 +100,13 @@ impl Values {
     }
 }
 
+/// Up to eight bits as a byte, the first lowest.
+#[inline]
+#[must_use]
+pub fn packed(bits: &[u8]) -> u8 {
+    bits.iter().rev().fold(0, |byte, bit| byte << 1 | bit & 1)
+}
+
 /// Rows of named columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
@@ -177,11 +184,9 @@ impl Columns {
             let shape = || [&[self.len], &field.shape[..]].concat();
             let data = match values {
                 Values::F32(values) => Data::F32(shape(), values.clone()),
-                Values::U8(bits) if field.kind == Kind::Bit => Data::bytes(
-                    bits.chunks(8)
-                        .map(|bits| bits.iter().rev().fold(0, |byte, bit| byte << 1 | bit & 1))
-                        .collect(),
-                ),
+                Values::U8(bits) if field.kind == Kind::Bit => {
+                    Data::bytes(bits.chunks(8).map(packed).collect())
+                }
                 Values::U8(values) => Data::U8(shape(), values.clone()),
                 Values::Index(values) => {
                     Data::bytes(values.iter().flat_map(|x| x.to_le_bytes()).collect())

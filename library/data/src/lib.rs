@@ -14,7 +14,7 @@ mod trajectories;
 mod walks;
 
 pub use actions::{Act, Actions, End};
-pub use columns::{Columns, Field, Kind, Values};
+pub use columns::{Columns, Field, Kind, Values, packed};
 pub use dataset::{Dataset, Form};
 pub use decision::Decision;
 pub use demonstrations::Demonstrations;

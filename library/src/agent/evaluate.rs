@@ -1,5 +1,6 @@
 //! How well agents do in worlds of any kind.
 
+use ivx_data::form::failed;
 use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare, record};
 use ivx_world::Env;
 
@@ -36,8 +37,8 @@ declare! {
 
 impl Op for Evaluate {
     fn run(&self, ctx: &Ctx) -> Result<Evaluation, OpError> {
-        let spec = self.r#in.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
-        let mut actor = self.actor.open(&spec).map_err(|misfit| OpError::Failed(misfit.message))?;
+        let spec = self.r#in.spec().map_err(failed)?;
+        let mut actor = self.actor.open(&spec).map_err(failed)?;
         let trials = (self.trials, 0);
         let run = measure(&mut *actor, &*self.r#in, trials, ctx, || ctx.checkpoint(Vec::new))?;
         let trials = || Dim::new("trial", Labels::count(self.trials));

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::LazyLock;
 
-use ivx_data::form::wrong;
+use ivx_data::form::{failed, wrong};
 use ivx_data::world_shapes;
 use ivx_math::moments::{mean, real};
 use ivx_op::{
@@ -146,7 +146,6 @@ fn of_learned(facts: &Facts<'_>) -> Option<Shapes> {
 
 impl Op for Learn {
     fn run(&self, ctx: &Ctx) -> Result<Learned, OpError> {
-        let failed = |misfit: ivx_data::Misfit| OpError::Failed(misfit.message);
         let spec = self.r#in.spec().map_err(failed)?;
         let setting = Setting::of(&spec, self.lanes, Some(&*self.r#for));
         self.how.fits(&setting).map_err(failed)?;

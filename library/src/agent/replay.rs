@@ -1,6 +1,6 @@
 //! What an agent has seen, to be learned from again.
 
-use ivx_data::{Columns, Field, Kind, Values};
+use ivx_data::{Columns, Field, Kind, Values, packed};
 use ivx_nn::{Graph, Real as _, Var};
 use ivx_op::State;
 use ivx_world::{Act, End, Step};
@@ -264,7 +264,7 @@ fn pack(seen: &Columns, row: usize, mut out: &mut [u8]) {
             Values::Index(xs) => words(own, xs[at].iter().map(|x| x.to_le_bytes())),
             Values::U8(xs) if field.kind == Kind::Bit => {
                 for (byte, bits) in own.iter_mut().zip(xs[at].chunks(8)) {
-                    *byte = bits.iter().rev().fold(0, |byte, bit| byte << 1 | bit & 1);
+                    *byte = packed(bits);
                 }
             }
             Values::U8(xs) => own.copy_from_slice(&xs[at]),

@@ -1,5 +1,6 @@
 //! A grid with coins of three colours.
 
+use ivx_data::form::failed;
 use ivx_data::{Field, Kind, Misfit};
 use ivx_op::{Facts, OpError, Wrong, declare};
 
@@ -50,7 +51,7 @@ impl Env for CoinGrid {
     }
 
     fn open(&self) -> Result<Box<dyn World>, OpError> {
-        let pays = task(&self.pays).map_err(|misfit| OpError::Failed(misfit.message))?;
+        let pays = task(&self.pays).map_err(failed)?;
         let state = Coins::default();
         Ok(Box::new(Collecting { pays, coins: self.coins, walls: self.walls, state }))
     }

@@ -1,6 +1,7 @@
 //! Worlds side by side, each in one episode after the other.
 
 use ivx_data::Columns;
+use ivx_data::form::failed;
 use ivx_op::{Ctx, OpError, State};
 
 use crate::env::{Env, Spec};
@@ -131,7 +132,7 @@ impl<'a> Lanes<'a> {
         ctx: &Ctx<'a>,
         (stream, first): (&'a str, u64),
     ) -> Result<Self, OpError> {
-        let spec = env.spec().map_err(|misfit| OpError::Failed(misfit.message))?;
+        let spec = env.spec().map_err(failed)?;
         let worlds = env.open_all(n)?;
         let lane = |_| Lane { episode: first, length: 0, payoff: 0.0, acts: Vec::new() };
         let rows = || Columns::zeros(spec.sees.clone(), n);

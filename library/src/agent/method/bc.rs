@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ivx_data::form::failed;
 use ivx_data::{Columns, Demonstrations, Misfit, Values, same_world};
 use ivx_nn::optim::Pull;
 use ivx_nn::{Descent, Live, Module, Net, Networks, Optimiser, Rule, Shape, Turns};
@@ -66,7 +67,7 @@ impl Method for Bc {
         ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
         let spec = setting.spec;
-        let module = self.module(spec).map_err(|misfit| OpError::Failed(misfit.message))?;
+        let module = self.module(spec).map_err(failed)?;
         let modules = BTreeMap::from([("policy".to_owned(), module)]);
         let live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
         let rows = seen_before(&self.shown);

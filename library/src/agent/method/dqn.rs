@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ivx_data::form::failed;
 use ivx_data::{Columns, Misfit};
 use ivx_nn::optim::Pull;
 use ivx_nn::{
@@ -88,7 +89,6 @@ impl Method for Dqn {
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
-        let failed = |misfit: Misfit| OpError::Failed(misfit.message);
         let spec = setting.spec;
         let modules = BTreeMap::from([("q".to_owned(), self.module(spec).map_err(failed)?)]);
         let mut live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));

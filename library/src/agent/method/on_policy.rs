@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ivx_data::form::failed;
 use ivx_data::{Columns, Misfit};
 use ivx_math::returns::{Path, advantages_cut};
 use ivx_nn::optim::Pull;
@@ -117,7 +118,7 @@ impl How<'_> {
         Self: 'a,
     {
         let (spec, lanes) = (setting.spec, setting.lanes);
-        let modules = self.modules(spec).map_err(|misfit| OpError::Failed(misfit.message))?;
+        let modules = self.modules(spec).map_err(failed)?;
         let n = lanes * self.n_steps;
         let live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
         let each = (self.epochs * self.minibatches) as u64;

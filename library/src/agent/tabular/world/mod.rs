@@ -17,6 +17,7 @@ pub use process::{ProcessModel, ProcessValues};
 pub use reconstruction::ReconstructionModel;
 
 use ivx_data::Walks;
+use ivx_data::form::failed;
 use ivx_nn::optim::Pull;
 use ivx_nn::{
     Curve, Graph, Layout, Live, Module, Net, Networks, Optimiser, Paths, Real as _, Rule, Shape,
@@ -52,8 +53,7 @@ fn untrained(
 ) -> Result<WorldModel, OpError> {
     for &name in names {
         let (inputs, outputs) = layout.widths(name).expect("it is a network of world models");
-        let module = ivx_nn::headed(net, &[inputs], &[outputs])
-            .map_err(|misfit| OpError::Failed(misfit.message))?;
+        let module = ivx_nn::headed(net, &[inputs], &[outputs]).map_err(failed)?;
         let module = match (module, name) {
             (Module::Sequence(mut layers), "representation" | "dynamics") => {
                 layers.push(Module::Curve(Curve::Tanh));
