@@ -30,6 +30,8 @@ pub enum Ty {
     List(Box<Ty>),
     /// A part of a family, such as `Ke`.
     Part(String),
+    /// A function of numbers, with the names of what it is given.
+    Function(Vec<String>),
     /// A record, with the types of its fields by name.
     Record(BTreeMap<String, Ty>),
 }
@@ -46,6 +48,7 @@ impl fmt::Display for Ty {
             Self::External(kind) => write!(f, "{kind}"),
             Self::List(item) => write!(f, "List<{item}>"),
             Self::Part(family) => f.write_str(family),
+            Self::Function(inputs) => write!(f, "Function<{}>", inputs.join(", ")),
             Self::Record(fields) => {
                 f.write_str("(")?;
                 for (i, (name, ty)) in fields.iter().enumerate() {
