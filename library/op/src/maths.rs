@@ -74,7 +74,7 @@ const ALL: [(&str, Maths, usize); 23] = [
     ("sin", Maths::Sin, 1),
     ("sqrt", Maths::Sqrt, 1),
     ("sub", Maths::Sub, 2),
-    ("tanh", Maths::Tanh, 1),
+    ("tanh_of", Maths::Tanh, 1),
     ("where", Maths::Where, 3),
 ];
 
@@ -179,7 +179,7 @@ mod tests {
         check("sign", &[0.0], 0.0);
         check("sin", &[std::f64::consts::FRAC_PI_2], 1.0);
         check("sqrt", &[9.0], 3.0);
-        check("tanh", &[0.5], 0.462_117_157_260_009_76);
+        check("tanh_of", &[0.5], 0.462_117_157_260_009_76);
         check("where", &[1.0, 2.0, 3.0], 2.0);
         check("where", &[0.0, 2.0, 3.0], 3.0);
         assert_eq!((Maths::called("add"), Maths::called("nothing")), (None, None));
