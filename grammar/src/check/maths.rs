@@ -23,13 +23,21 @@ pub(super) fn constant(name: &str) -> Option<f64> {
     }
 }
 
-/// The operation that a call means: of two values, the smaller or the larger, where none says over which axis; and a
-/// hyperbolic tangent where it is of something.
+/// The operation that a call means: of two values, the smaller or the larger, where none says over which axis; the
+/// highest of some that lie along an axis; and a hyperbolic tangent where it is of something.
 pub(super) fn meant<'n>(name: &'n str, args: &Written<'_>) -> &'n str {
     let two = args.len() == 2 && args.iter().all(|(name, _)| name.is_none());
     match name {
         "min" if two => "minimum",
         "max" if two => "maximum",
+        "argmin" => "argmin_over",
+        "argmax"
+            if args
+                .iter()
+                .any(|(name, _)| name.as_ref().is_some_and(|name| name.value == "over")) =>
+        {
+            "argmax_over"
+        }
         "tanh" if !args.is_empty() => "tanh_of",
         _ => name,
     }

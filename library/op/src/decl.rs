@@ -121,8 +121,11 @@ pub struct FieldDecl {
 pub enum Dims {
     /// These.
     Fixed(&'static [&'static str]),
-    /// Those of every pointwise array argument together.
-    Union,
+    /// Those of every array argument together, without what the axis arguments name, and with these.
+    Union {
+        /// Dimensions that take the place of those taken away.
+        add: &'static [&'static str],
+    },
     /// Those of one argument, without what the axis arguments name, and with these.
     Reduced {
         /// The argument.
@@ -315,7 +318,7 @@ impl fmt::Display for OutDecl {
         match self.dims {
             Dims::Fixed([]) => Ok(()),
             Dims::Fixed(dims) => write!(f, "[{}]", dims.join(", ")),
-            Dims::Union => f.write_str("[..]"),
+            Dims::Union { .. } => f.write_str("[..]"),
             Dims::Reduced { port, add: [] } => write!(f, "[those of {port} but over]"),
             Dims::Reduced { add, .. } => write!(f, "[.., {}]", add.join(", ")),
         }

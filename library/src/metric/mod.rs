@@ -3,6 +3,7 @@
 mod accuracy;
 mod arithmetic;
 mod broadcast;
+mod choice;
 mod claim;
 mod elementwise;
 mod equivalent;
@@ -29,6 +30,7 @@ use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
 pub use accuracy::Accuracy;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
+pub use choice::{ArgmaxOver, ArgminOver, Highest, Lowest};
 pub use claim::Claim;
 pub use elementwise::{
     Abs, Ceil, Clip, Cos, Exp, Floor, Log, Maximum, Minimum, Pow, Round, Sign, Sin, Sqrt, Tanh,
@@ -74,6 +76,10 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Improvement>()
         .op::<JensenShannon>()
         .op::<Sort>()
+        .op::<ArgminOver>()
+        .op::<ArgmaxOver>()
+        .op::<Lowest>()
+        .op::<Highest>()
         .op::<Add>()
         .op::<Sub>()
         .op::<Mul>()
