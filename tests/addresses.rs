@@ -62,7 +62,7 @@ proptest! {
             names.iter().map(|name| Dim::new(name, Labels::Numbers(vec![7.0]))).collect();
         let mut results = Results::default();
         let measures = &mut results.experiments.entry("e".to_owned()).or_default().measures;
-        measures.insert("m".to_owned(), Measure { dims, values: vec![0.5] });
+        measures.insert("m".to_owned(), Measure { dims, values: vec![0.5], ..Measure::default() });
         let csv = tidy(&results, "").to_csv();
         let columns: Vec<&str> = csv.lines().next().unwrap_or_default().split(',').collect();
         let own: BTreeSet<&str> = columns.iter().copied().collect();

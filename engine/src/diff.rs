@@ -289,7 +289,7 @@ mod tests {
     }
 
     fn results(value: f64, outcome: Outcome, members: i64) -> Results {
-        let measure = Measure { dims: Vec::new(), values: vec![value] };
+        let measure = Measure { dims: Vec::new(), values: vec![value], ..Measure::default() };
         let claim = Claim { claim: "a < b".into(), outcome: Some(outcome), ..Claim::default() };
         let experiment = ExperimentResults {
             params: [("members".into(), Setting::Int(members))].into(),

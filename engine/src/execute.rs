@@ -10,7 +10,7 @@ use ivx_cache::{
     ActionLock, CacheError, Checkpoints, Digest, Fetched, Objects, Output, Provenance,
 };
 use ivx_op::{
-    Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, Needs, OpError, Registry,
+    Array, Artifact as _, Bytes, Call, Ctx, Gathered, Held, Lit, MISSING, Needs, OpError, Registry,
 };
 use petgraph::graph::NodeIndex;
 
@@ -55,7 +55,7 @@ pub(crate) struct Task<'a> {
     pub(crate) op: String,
     pub(crate) key: Digest,
     pub(crate) lock: ActionLock,
-    /// The results that it takes.
+    /// The results that it takes, but those that could not be computed.
     pub(crate) outputs: BTreeMap<NodeIndex, Output>,
 }
 
@@ -145,7 +145,9 @@ fn execute(
     checkpoint.remove();
     let digest = |source: &Source| match source {
         Source::Number(x) => number_digest(*x),
-        Source::Node(node) => outputs[node].digest,
+        Source::Node(node) => {
+            outputs.get(node).map_or_else(|| number_digest(MISSING), |own| own.digest)
+        }
     };
     let provenance = Provenance {
         op: op.clone(),
@@ -192,8 +194,9 @@ pub(crate) fn compute(
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Bytes, Failure> {
     let value = |source: &Source| match source {
-        Source::Node(node) => Arc::clone(&inputs[node]),
-        Source::Number(x) => Array::scalar(*x).encode().into(),
+        // What has no bytes here could not be computed.
+        Source::Node(node) => inputs.get(node).map_or_else(|| number(MISSING), Arc::clone),
+        Source::Number(x) => number(*x),
     };
     let gathered = |fed: &Fed| Gathered {
         dims: fed.dims.clone(),
@@ -216,6 +219,11 @@ pub(crate) fn compute(
         Ok(Err(error)) => Err(Failure::Failed(error.to_string())),
         Err(panic) => Err(Failure::Failed(format!("panicked: {}", panic_text(&*panic)))),
     }
+}
+
+/// A number as what ports take.
+fn number(x: f64) -> Bytes {
+    Array::scalar(x).encode().into()
 }
 
 /// Puts what the parts in a description hold in the place of its slots.

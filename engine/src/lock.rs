@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     fn lock(platform: &str, digest: &str, value: f64) -> Lock {
-        let measure = Measure { dims: Vec::new(), values: vec![value] };
+        let measure = Measure { dims: Vec::new(), values: vec![value], ..Measure::default() };
         Lock {
             platform: platform.to_owned(),
             profile: None,

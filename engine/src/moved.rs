@@ -239,7 +239,7 @@ mod tests {
     fn measure(seeds: &[f64], values: &[f64]) -> Measure {
         let ke = Dim::new("ke", Labels::Names(vec!["a".into(), "b".into()]));
         let seed = Dim::new("seed", Labels::Numbers(seeds.to_vec()));
-        Measure { dims: vec![ke, seed], values: values.to_vec() }
+        Measure { dims: vec![ke, seed], values: values.to_vec(), ..Measure::default() }
     }
 
     /// A tenth around the mean.
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn what_moved_a_little_looks_moved() {
         let found = |before, after| {
-            let one = |x| Measure { dims: vec![], values: vec![x] };
+            let one = |x| Measure { dims: vec![], values: vec![x], ..Measure::default() };
             moved(&one(before), &one(after), 0.0, tenth).unwrap().to_string()
         };
         assert_eq!(
@@ -297,7 +297,7 @@ mod tests {
     #[test]
     fn a_measure_over_something_else_has_no_number_in_common() {
         let before = measure(&[0.0], &[1.0, 2.0]);
-        let after = Measure { dims: vec![], values: vec![1.0] };
+        let after = Measure { dims: vec![], values: vec![1.0], ..Measure::default() };
         let found = moved(&before, &after, 0.0, tenth).unwrap();
         assert_eq!((found.moved, found.of, found.added, found.gone), (0, 0, 1, 2));
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ivx_grammar::ir::ExprId;
-use ivx_op::{Args, Dim, Needs, Registry, Shapes};
+use ivx_op::{ArgKind, Args, Dim, Needs, Registry, Shapes};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 /// A program as a graph, from inputs to users; the weight of an edge is nothing.
@@ -103,6 +103,20 @@ impl Step {
         }
         let needs = registry.needs(&self.op, &args, self.shapes.as_deref(), input_bytes);
         Needs { threads: needs.threads.max(1), ..needs }
+    }
+
+    /// Whether it can run without the result of `node`: all that it takes of it are numbers, which may be missing there.
+    #[must_use]
+    pub fn spares(&self, registry: &Registry, node: NodeIndex) -> bool {
+        let decl = registry.decl(&self.op);
+        let takes = |feds: &[Fed]| {
+            feds.iter().any(|fed| fed.sources.iter().any(|source| source.node() == Some(node)))
+        };
+        let spares = |port: &str| {
+            let arg = decl.and_then(|decl| decl.arg(port));
+            matches!(arg.map(|arg| &arg.kind), Some(ArgKind::Port(port)) if port.takes_missing(&self.args))
+        };
+        !takes(&self.held) && self.ports.iter().all(|(port, feds)| !takes(feds) || spares(port))
     }
 
     /// The sources of what is held and of all ports, in order.

@@ -241,7 +241,7 @@ mod tests {
     fn a_measure_may_move_within_its_interval() {
         let measure = |values: &[f64]| {
             let dims = vec![Dim::new("seed", Labels::count(2)), Dim::new("x", Labels::count(2))];
-            seen(&Measure { dims, values: values.to_vec() }, |xs| {
+            seen(&Measure { dims, values: values.to_vec(), ..Measure::default() }, |xs| {
                 Some((xs[0].min(xs[1]), xs[0].max(xs[1])))
             })
         };

@@ -75,6 +75,9 @@ pub struct Measure {
     /// The numbers, NaN where a node that they need has failed; none if they differ in their
     /// dimensions from coordinate to coordinate.
     pub values: Vec<f64>,
+    /// The coordinates that are missing, and the node that failed for each.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub missing: BTreeMap<String, String>,
 }
 
 /// What became of a claim.
@@ -141,7 +144,7 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
         };
         for measure in &experiment.measures {
             let family = &plan.outputs[&measure.expr];
-            found.measures.insert(measure.name.clone(), self::measure(family, outcome));
+            found.measures.insert(measure.name.clone(), self::measure(plan, family, outcome));
         }
         for figure in &experiment.figures {
             let files = rendered(plan, outcome, figure, Figure::decode).map(|figure| figure.files);
@@ -223,20 +226,43 @@ fn bytes(source: &Source, outcome: &Outcome) -> Option<Arc<[u8]>> {
 }
 
 /// The numbers of a measure; NaN where a node that they need has failed.
-fn measure(family: &Family, outcome: &Outcome) -> Measure {
+fn measure(plan: &Plan, family: &Family, outcome: &Outcome) -> Measure {
     let decode = |source| bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
     let known: Vec<Option<Array>> = family.sources.iter().map(decode).collect();
     let mut unknown = known.iter().flatten().next().cloned().unwrap_or(Array::scalar(f64::NAN));
     unknown.values.fill(f64::NAN);
     let values = known.into_iter().map(|value| value.unwrap_or_else(|| unknown.clone())).collect();
     let gathered = Gathered { dims: family.dims.clone(), values, name: String::new() };
+    let missing = missing(plan, family, outcome);
     match Array::stack(&gathered) {
         Ok(array) => Measure {
             dims: array.dims,
             values: array.values.into_iter().map(unsigned_nan).collect(),
+            missing,
         },
-        Err(_) => Measure { dims: family.dims.clone(), values: Vec::new() },
+        Err(_) => Measure { dims: family.dims.clone(), values: Vec::new(), missing },
     }
+}
+
+/// The coordinates at which there is nothing because a node failed, and that node.
+fn missing(plan: &Plan, family: &Family, outcome: &Outcome) -> BTreeMap<String, String> {
+    let mut missing = BTreeMap::new();
+    for (i, source) in family.sources.iter().enumerate() {
+        let Some(node) = source.node() else { continue };
+        let cause = match outcome.nodes[node.index()].fate {
+            Fate::Failed { .. } => node,
+            Fate::Skipped { cause } => cause,
+            _ => continue,
+        };
+        let (mut rest, mut at) = (i, Vec::new());
+        for dim in family.dims.iter().rev() {
+            at.push(format!("{}={}", dim.name, dim.labels.text(rest % dim.len())));
+            rest /= dim.len();
+        }
+        at.reverse();
+        missing.insert(at.join(","), plan.graph[cause].address.clone());
+    }
+    missing
 }
 
 fn findings(verdict: ivx_op::Verdict) -> Vec<Finding> {
@@ -356,7 +382,7 @@ mod tests {
     #[test]
     fn the_sign_of_nan_is_not_written_and_that_of_zero_is() {
         let numbers = [-f64::NAN, f64::NAN, -0.0, 0.0, -f64::INFINITY].map(unsigned_nan);
-        let measure = Measure { dims: Vec::new(), values: numbers.to_vec() };
+        let measure = Measure { values: numbers.to_vec(), ..Measure::default() };
         let text = to_ron(&measure);
         let written: Vec<&str> =
             text.lines().map(str::trim).filter(|line| line.ends_with(',')).collect();

@@ -11,7 +11,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use ivx_cache::{Cache, CacheError, Committed, Digest, Fetched, Objects, Output, Record};
-use ivx_op::{Needs, Registry};
+use ivx_op::{MISSING, Needs, Registry};
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
@@ -181,7 +181,8 @@ impl<'a> Run<'a> {
         match source {
             Source::Number(x) => number_digest(*x),
             Source::Node(node) => {
-                self.nodes[node.index()].output.as_ref().expect("inputs come first").digest
+                let output = self.nodes[node.index()].output.as_ref();
+                output.map_or_else(|| number_digest(MISSING), |output| output.digest)
             }
         }
     }
@@ -338,10 +339,8 @@ impl<'a> Run<'a> {
         }
         let expected_millis = self.durations.expected_millis(node);
         self.listen.event(Event::Started { address: &step.address, expected_millis });
-        let output = |node: NodeIndex| {
-            (node, self.nodes[node.index()].output.clone().expect("inputs come first"))
-        };
-        let outputs = step.sources().filter_map(|source| source.node()).map(output).collect();
+        let output = |node: NodeIndex| Some((node, self.nodes[node.index()].output.clone()?));
+        let outputs = step.sources().filter_map(|source| output(source.node()?)).collect();
         let op = self.durations.op(node).to_owned();
         Ok(Some(Task { node, step, op, key, lock, outputs }))
     }

@@ -156,8 +156,12 @@ mod tests {
     fn results() -> Results {
         let ke = Dim::new("ke", Labels::Names(vec!["a,\"b\"".into(), "c".into()]));
         let seed = Dim::new("seed", Labels::Numbers(vec![0.0, 1.0]));
-        let gap = Measure { dims: vec![ke, seed], values: vec![0.1, 2.0, f64::NAN, -4.0] };
-        let alone = Measure { dims: vec![], values: vec![0.5] };
+        let gap = Measure {
+            dims: vec![ke, seed],
+            values: vec![0.1, 2.0, f64::NAN, -4.0],
+            ..Measure::default()
+        };
+        let alone = Measure { dims: vec![], values: vec![0.5], ..Measure::default() };
         let measures = [("gap".into(), gap), ("alone".into(), alone)].into();
         let experiment = ExperimentResults { measures, ..ExperimentResults::default() };
         Results { experiments: [("e".into(), experiment)].into(), ..Results::default() }
@@ -178,7 +182,8 @@ mod tests {
         let dims = names.map(|name| Dim::new(name, Labels::Numbers(vec![7.0])));
         let values = vec![f64::NEG_INFINITY];
         let mut results = results();
-        let measures = [("m".to_owned(), Measure { dims: dims.into(), values })].into();
+        let measures =
+            [("m".to_owned(), Measure { dims: dims.into(), values, ..Measure::default() })].into();
         results.experiments =
             [("e".into(), ExperimentResults { measures, ..Default::default() })].into();
         let tidy = tidy(&results, "");

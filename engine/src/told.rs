@@ -63,6 +63,12 @@ pub fn reason(finding: &Finding) -> String {
     if finding.outcome != Verdict::Undecided {
         return String::new();
     }
+    match &finding.missing[..] {
+        [] => {}
+        [seed] if seed.is_empty() => return "something that it compares is missing".to_owned(),
+        [seed] => return format!("seed {seed} is missing"),
+        seeds => return format!("seeds {} are missing", listed(seeds)),
+    }
     if finding.lacks_seeds() {
         return format!("fewer than {} seeds decide nothing", Finding::MIN_SEEDS);
     }
@@ -120,6 +126,13 @@ mod tests {
                     about 130 seeds would tell this";
         assert_eq!(reason(&finding), told);
         assert_eq!(reason(&Finding { outcome: Verdict::Fails, ..finding }), "");
+        let missing = |seeds: &[&str]| {
+            let missing = seeds.iter().map(ToString::to_string).collect();
+            reason(&Finding { n: 3, missing, ..Finding::default() })
+        };
+        assert_eq!(missing(&["4"]), "seed 4 is missing");
+        assert_eq!(missing(&["2", "4"]), "seeds 2, 4 are missing");
+        assert_eq!(missing(&[""]), "something that it compares is missing");
         let few = Finding { n: 3, ..Finding::default() };
         assert_eq!(reason(&few), "fewer than 5 seeds decide nothing");
     }

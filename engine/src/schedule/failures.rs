@@ -42,12 +42,20 @@ impl Run<'_> {
         let explanation = explain(self.step(node), self.registry, |source| self.digest(source));
         self.nodes[node.index()].explanation = Some(explanation);
         self.stopped |= self.options.fail_fast;
-        let stranded = self.stranded(node);
-        self.skip(stranded, node);
+        let mut ready = Vec::new();
+        let stranded = self.stranded(node, &mut ready);
+        self.skip_all(stranded, node, &mut ready);
+        self.go_on(ready);
     }
 
     /// Skips some nodes, and what needs them.
-    pub(super) fn skip(&mut self, mut todo: Vec<NodeIndex>, cause: NodeIndex) {
+    pub(super) fn skip(&mut self, todo: Vec<NodeIndex>, cause: NodeIndex) {
+        let mut ready = Vec::new();
+        self.skip_all(todo, cause, &mut ready);
+        self.go_on(ready);
+    }
+
+    fn skip_all(&mut self, mut todo: Vec<NodeIndex>, cause: NodeIndex, ready: &mut Vec<NodeIndex>) {
         while let Some(node) = todo.pop() {
             // A known node whose bytes are gone is as good as one that never ran.
             let known = matches!(self.nodes[node.index()].fate, Fate::Hit | Fate::Ran { .. });
@@ -55,14 +63,43 @@ impl Run<'_> {
                 self.end(node, Fate::Skipped { cause });
                 let (address, cause) = (&self.step(node).address, &self.step(cause).address);
                 self.listen.event(Event::Skipped { address, cause });
-                todo.extend(self.stranded(node));
+                let stranded = self.stranded(node, ready);
+                todo.extend(stranded);
             }
         }
     }
 
-    /// Those that wait for a node which will not end.
-    pub(super) fn stranded(&mut self, node: NodeIndex) -> Vec<NodeIndex> {
-        let waiters = self.forced.remove(&node).unwrap_or_default();
-        self.plan.graph.neighbors(node).chain(waiters).collect()
+    /// Those that wait for a node which will not end, and cannot do without it. Of those that can, the ones that
+    /// wait for nothing else are `ready`.
+    fn stranded(&mut self, node: NodeIndex, ready: &mut Vec<NodeIndex>) -> Vec<NodeIndex> {
+        let mut stranded = self.forced.remove(&node).unwrap_or_default();
+        let (plan, registry) = (self.plan, self.registry);
+        // What was known once counts as known, and its bytes are waited for.
+        let never_known = self.nodes[node.index()].output.is_none();
+        for next in plan.graph.neighbors(node) {
+            if never_known && plan.graph[next].spares(registry, node) {
+                self.waiting[next.index()] -= 1;
+                if self.waiting[next.index()] == 0 {
+                    ready.push(next);
+                }
+            } else {
+                stranded.push(next);
+            }
+        }
+        stranded
+    }
+
+    /// Looks nodes up that wait for nothing any more, and lack some of what they take. One that lacks all of it is
+    /// skipped.
+    fn go_on(&mut self, mut ready: Vec<NodeIndex>) {
+        while let Some(node) = ready.pop() {
+            let inputs = || self.step(node).sources().filter_map(|source| source.node());
+            let there = |node: NodeIndex| self.nodes[node.index()].output.is_some();
+            match inputs().find_map(|input| self.lost(input)) {
+                Some(cause) if !inputs().any(there) => self.skip_all(vec![node], cause, &mut ready),
+                _ if self.lost(node).is_none() => self.resolve(node),
+                _ => {}
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{ArgDecl, ArgKind, ByName, Dims, Gather, Lit, Role};
+use ivx_op::{ArgDecl, ArgKind, ByName, Dims, Gather, Lit, Role, SKIP_MISSING};
 
 use super::Checker;
 use super::axis::SEED;
@@ -18,9 +18,32 @@ const REDUCTIONS: [&str; 8] =
 
 /// What has no distribution that resamples show, where it is made of numbers that are made of seeds: steps, ends and
 /// spreads of them.
-const BENT: [&str; 14] = [
-    "min", "max", "std", "stderr", "median", "iqm", "quantile", "sort", "less", "at_most",
-    "greater", "at_least", "equal", "unequal",
+const BENT: [&str; 25] = [
+    "min",
+    "max",
+    "std",
+    "stderr",
+    "median",
+    "iqm",
+    "quantile",
+    "sort",
+    "less",
+    "at_most",
+    "greater",
+    "at_least",
+    "equal",
+    "unequal",
+    "floor",
+    "ceil",
+    "round",
+    "sign",
+    "where",
+    "minimum",
+    "maximum",
+    "argmin_over",
+    "argmax_over",
+    "lowest",
+    "highest",
 ];
 
 /// What there is no resampling of: a largest or smallest number, or what another operation makes of all seeds.
@@ -77,7 +100,7 @@ impl Checker<'_> {
                 ExprKind::Op(Self::drawn_anew(
                     id,
                     gathered,
-                    ("", Vec::new(), Lit::Real(0.5)),
+                    ("", Vec::new(), Lit::Real(0.5), false),
                     behind,
                 ))
             }
@@ -93,16 +116,21 @@ impl Checker<'_> {
         Ok(done)
     }
 
-    /// The operation that draws the seeds of a value anew and reduces each sample: by its name, along which, and `q`.
+    /// The operation that draws the seeds of a value anew and reduces each sample: by its name, along which, `q`, and
+    /// whether what is missing is left out.
     fn drawn_anew(
         id: ExprId,
         gathered: Vec<AxisId>,
-        (reduction, along, q): (&str, Vec<Lit>, Lit),
+        (reduction, along, q, skips): (&str, Vec<Lit>, Lit, bool),
         behind: &mut Behind,
     ) -> Op {
         behind.leaves.insert(id);
-        let args =
-            [("reduction", Lit::Text(reduction.to_owned())), ("along", Lit::List(along)), ("q", q)];
+        let args = [
+            ("reduction", Lit::Text(reduction.to_owned())),
+            ("along", Lit::List(along)),
+            ("q", q),
+            (SKIP_MISSING, Lit::Bool(skips)),
+        ];
         let args = args.map(|(name, lit)| (name.to_owned(), Desc::Lit(lit)));
         let feed = Feed { gathered, labelled: true, ..Feed::one(id) };
         Op {
@@ -139,7 +167,8 @@ impl Checker<'_> {
         let seed = self.program.seed_of(feed.expr);
         let mut gathered = feed.gathered.clone();
         gathered.extend(seed.filter(|seed| !feed.gathered.contains(seed)));
-        Some(Self::drawn_anew(feed.expr, gathered, (&op.name, along, q), behind))
+        let skips = op.args.get(SKIP_MISSING) == Some(&Desc::Lit(Lit::Bool(true)));
+        Some(Self::drawn_anew(feed.expr, gathered, (&op.name, along, q, skips), behind))
     }
 
     fn resampled_kind(

@@ -3,7 +3,7 @@
 use ivx_data::{END, ENDS};
 use ivx_op::{Array, Dim, Everything, Facts, Labels, OpError, Wrong};
 
-use super::interval::{Estimate, interval};
+use super::interval::{Estimate, Lacks, interval_of_rest};
 
 /// The axis of replications, over which figures show the mean and its interval.
 const SEED: &str = "seed";
@@ -29,12 +29,14 @@ pub(super) struct Arranged {
 ///
 /// `seed` is reduced to a mean and an interval, unless it is asked for.
 ///
+/// - `skips`: whether a mean is made of the rest where some are missing.
+///
 /// # Errors
 /// If a name is unknown or given twice, or a dimension has no labels.
 pub(super) fn arrange(
     value: &Everything<Array>,
-    outer: &[String],
-    inner: &[String],
+    (outer, inner): (&[String], &[String]),
+    skips: bool,
 ) -> Result<Arranged, OpError> {
     let name = &value.0.name;
     let array = Array::stack(&value.0).map_err(OpError::Failed)?;
@@ -68,11 +70,15 @@ pub(super) fn arrange(
         inner: dims(&inner),
         over_seed: seed.is_some(),
         cells: if ends.is_some() {
-            let cell =
-                |ends: &[f64]| Estimate { mean: ends[0], interval: Some((ends[1], ends[2])) };
+            let cell = |ends: &[f64]| match ends {
+                [mean, low, high] if !ivx_op::is_missing(*mean) => {
+                    Estimate { mean: *mean, interval: Some((*low, *high)), ..Estimate::default() }
+                }
+                ends => interval_of_rest(&ends[..1], skips),
+            };
             values.chunks(n_seeds).map(cell).collect()
         } else {
-            values.chunks(n_seeds).map(interval).collect()
+            values.chunks(n_seeds).map(|seeds| interval_of_rest(seeds, skips)).collect()
         },
     })
 }
@@ -102,6 +108,11 @@ pub(super) fn sorted(
 }
 
 impl Arranged {
+    /// How many of its values are missing.
+    pub(super) fn lacks(&self) -> Lacks {
+        self.cells.iter().map(|cell| cell.lacks).sum()
+    }
+
     /// The same, provided that at most `n` dimensions were left over.
     ///
     /// # Errors
@@ -257,12 +268,12 @@ pub(super) mod tests {
         // seed × x × ke, as 100·seed + 10·x + ke.
         let values = [0.0, 1.0, 10.0, 11.0, 100.0, 101.0, 110.0, 111.0];
         let y = value(&[("seed", &["0", "1"]), ("x", &["0", "1"]), ("ke", &["a", "b"])], &values);
-        let found = arrange(&y, &["ke".into()], &["x".into()]).unwrap();
+        let found = arrange(&y, (&["ke".into()], &["x".into()]), false).unwrap();
         let means: Vec<f64> = found.cells.iter().map(|cell| cell.mean).collect();
         assert_eq!(means, [50.0, 60.0, 51.0, 61.0]);
         assert!(found.over_seed && found.rest.is_empty());
 
-        let by_seed = arrange(&y, &["seed".into(), "ke".into()], &[]).unwrap();
+        let by_seed = arrange(&y, (&["seed".into(), "ke".into()], &[]), false).unwrap();
         assert!(!by_seed.over_seed);
         assert_eq!(labels(&by_seed.outer), ["0, a", "0, b", "1, a", "1, b"]);
         assert_eq!(by_seed.rest[0].name, "x");
@@ -273,7 +284,8 @@ pub(super) mod tests {
     fn mistakes_are_named() {
         let check = |y: &Everything<Array>, outer: &[&str], expected: &str| {
             let outer: Vec<String> = outer.iter().map(ToString::to_string).collect();
-            let found = arrange(y, &outer, &[]).and_then(|all| all.at_most(0, "name it in `rows`"));
+            let found = arrange(y, (&outer, &[]), false)
+                .and_then(|all| all.at_most(0, "name it in `rows`"));
             assert_eq!(found.unwrap_err().to_string(), expected);
         };
         let y = value(&[("ke", &["a"]), ("seed", &["0"])], &[1.0]);

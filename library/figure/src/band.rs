@@ -24,6 +24,8 @@ declare! {
         width: f64 = 3.0, in 0.0.., unit "spreads";
         /// The legend entry; where empty, what the spec calls `center`.
         label: String = "";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
     rule only_x;
 }
@@ -31,7 +33,8 @@ declare! {
 impl Op for Band {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
         let along = |value| {
-            arrange(value, &self.facet.0, std::slice::from_ref(&self.x.0))?.at_most(0, ONLY_X)
+            let at = (&self.facet.0[..], std::slice::from_ref(&self.x.0));
+            arrange(value, at, self.skip_missing)?.at_most(0, ONLY_X)
         };
         let (center, spread): (Arranged, Arranged) = (along(&self.center)?, along(&self.spread)?);
         if (&center.inner, &center.outer) != (&spread.inner, &spread.outer) {
@@ -51,7 +54,9 @@ impl Op for Band {
             area.sort_by(|a, b| a.0.total_cmp(&b.0));
             Series { label: label.clone(), panel, marks: vec![Mark::Band(area)] }
         });
+        let lacks = center.lacks() + spread.lacks();
         Ok(Layer {
+            lacks,
             x_label: names(&center.inner),
             y_label: center.name,
             columns,
@@ -76,7 +81,8 @@ mod tests {
 
     fn band(center: Everything<Array>, spread: Everything<Array>) -> Result<Layer, OpError> {
         let (x, facet) = (NumericAxis("x".into()), axes(&[]));
-        Band { center, spread, x, facet, width: 2.0, label: "±2σ".into() }.run(&CTX)
+        Band { center, spread, x, facet, width: 2.0, label: "±2σ".into(), skip_missing: false }
+            .run(&CTX)
     }
 
     #[test]

@@ -29,6 +29,8 @@ declare! {
         title: String = "";
         /// What the vertical axis measures; where empty, what the spec calls `y`.
         y_label: String = "";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
     rule one_group;
 }
@@ -36,7 +38,8 @@ declare! {
 impl Op for Bars {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let outer = [&self.facet.0[..], &self.by.0].concat();
-        let all = arrange(&self.y, &outer, &[])?.at_most(1, "name it in `by`")?;
+        let all =
+            arrange(&self.y, (&outer, &[]), self.skip_missing)?.at_most(1, "name it in `by`")?;
         let (facets, by) = all.outer.split_at(self.facet.0.len());
         let (panel_names, columns) = panels(facets);
         let each = all.cells.len() / panel_names.len();
@@ -49,6 +52,7 @@ impl Op for Bars {
             y: Axis { label: y_label.clone(), ..Axis::default() },
             series: series.collect(),
             columns,
+            lacks: all.lacks(),
             colours: None,
         }))
     }
@@ -72,7 +76,7 @@ fn series(panel: &str, rest: &[Dim], cells: &[Estimate]) -> Vec<Series> {
     groups.iter().enumerate().map(of_group).collect()
 }
 
-fn bar(x: f64, width: f64, Estimate { mean: y, interval: whisker }: Estimate) -> Mark {
+fn bar(x: f64, width: f64, Estimate { mean: y, interval: whisker, .. }: Estimate) -> Mark {
     match y {
         _ if placeable(y) => Mark::Bar { x, width, y, whisker },
         // There is a number, and no room for it.
@@ -88,7 +92,8 @@ mod tests {
 
     fn bars(y: Everything<Array>) -> Result<String, OpError> {
         let (by, facet) = (axes(&["ke"]), axes(&[]));
-        let bars = Bars { y, by, facet, title: "T".into(), y_label: String::new() };
+        let bars =
+            Bars { y, by, facet, title: "T".into(), y_label: String::new(), skip_missing: false };
         let ctx = Ctx::new("bars", 0, None);
         bars.run(&ctx).map(|figure| figure.files["svg"].clone())
     }
@@ -112,7 +117,7 @@ mod tests {
     #[test]
     fn groups_stand_side_by_side_about_their_place() {
         let y = value(&[("task", &["t", "u"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 4.0]);
-        let all = arrange(&y, &["ke".into()], &[]).unwrap();
+        let all = arrange(&y, (&["ke".into()], &[]), false).unwrap();
         let check = |group: usize, label: &str, expected: [(f64, f64); 2]| {
             let found = &series("", &all.rest, &all.cells)[group];
             assert_eq!(found.label, label);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::{Dim, OpError};
+use ivx_op::{Dim, OpError, is_missing};
 
 use super::arrange::{Arranged, called, coordinates, labels, names};
 use super::interval::Estimate;
@@ -23,11 +23,18 @@ pub(super) struct Column {
 impl Column {
     /// What its columns are called where each number has one.
     pub(super) fn fields(&self) -> Vec<String> {
-        if self.over_seed {
+        let mut fields = if self.over_seed {
             ["mean", "low", "high"].map(|part| format!("{} {part}", self.head)).to_vec()
         } else {
             vec![self.head.clone()]
-        }
+        };
+        fields.extend(self.lacks().then(|| format!("{} missing", self.head)));
+        fields
+    }
+
+    /// Whether something that it shows is missing, or what it is made of.
+    pub(super) fn lacks(&self) -> bool {
+        self.cells.iter().flatten().any(|cell| !cell.lacks.nothing())
     }
 }
 
@@ -149,7 +156,12 @@ pub(super) fn difference(ours: &[Column], theirs: &Column) -> Option<Column> {
     let minus = |(a, b): (&Option<Estimate>, &Option<Estimate>)| {
         let (a, b) = ((*a)?, (*b)?.mean);
         let interval = a.interval.map(|(low, high)| (low - b, high - b));
-        Some(Estimate { mean: a.mean - b, interval })
+        let lacks = a.lacks;
+        Some(Estimate {
+            mean: if is_missing(a.mean) { a.mean } else { a.mean - b },
+            interval,
+            lacks,
+        })
     };
     Some(Column {
         head: format!("{} − {}", same.head, theirs.head),
@@ -178,7 +190,7 @@ mod tests {
     use super::*;
 
     fn column(best: Best, means: &[f64]) -> Column {
-        let cell = |mean: &f64| Some(Estimate { mean: *mean, interval: None });
+        let cell = |mean: &f64| Some(Estimate { mean: *mean, ..Estimate::default() });
         let place = String::new();
         Column {
             head: "x".into(),
@@ -237,18 +249,19 @@ mod tests {
         let ke: (&str, &[&str]) = ("ke", &["WCM", "MA"]);
         let seeds: (&str, &[&str]) = ("seed", &["0", "1", "2"]);
         let ours = value(&[ke, seeds], &[1.0, 2.0, 3.0, 5.0, 5.0, 5.0]);
-        let ours = arrange(&ours, &["ke".into()], &[]).unwrap();
+        let ours = arrange(&ours, (&["ke".into()], &[]), false).unwrap();
         let theirs = value(&[("ke", &["MA", "CVaR", "WCM"])], &[4.5, 9.0, f64::NAN]);
-        let theirs = arrange(&theirs, &["ke".into()], &[]).unwrap();
+        let theirs = arrange(&theirs, (&["ke".into()], &[]), false).unwrap();
         let rows = ours.outer.clone();
         let ours = columns(&[ours], true, Best::None);
         let theirs = columns_beside(theirs, &rows);
         let found = difference(&ours, &theirs[0]).unwrap();
         assert_eq!(found.head, "y − y");
-        let same = Estimate { mean: 0.5, interval: Some((0.5, 0.5)) };
-        assert_eq!(found.cells, [None, Some(same)]);
+        let same = Estimate { mean: 0.5, interval: Some((0.5, 0.5)), ..Estimate::default() };
+        let found = found.cells.iter().map(|cell| cell.map(|cell| (cell.mean, cell.interval)));
+        assert!(found.eq([None, Some((same.mean, same.interval))]));
         let other = value(&[ke, ("task", &["a", "b"])], &[1.0; 4]);
-        let other = columns_beside(arrange(&other, &["ke".into()], &[]).unwrap(), &rows);
+        let other = columns_beside(arrange(&other, (&["ke".into()], &[]), false).unwrap(), &rows);
         assert!(difference(&ours, &other[0]).is_none());
     }
 }

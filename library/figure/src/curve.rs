@@ -25,19 +25,17 @@ declare! {
         label: String = "";
         /// `solid`, `dashed` or `thin`.
         style: String = "solid";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
     rule known_style;
 }
 
 impl Op for Curve {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
-        curves(
-            &self.y,
-            &self.x,
-            (&self.by, &self.facet),
-            &self.label,
-            stroke(&self.style).map_err(OpError::Failed)?,
-        )
+        let stroke = stroke(&self.style).map_err(OpError::Failed)?;
+        let looks = (&self.by, &self.facet, self.skip_missing);
+        curves(&self.y, &self.x, looks, &self.label, stroke)
     }
 }
 
@@ -45,12 +43,12 @@ impl Op for Curve {
 pub(super) fn curves(
     y: &Everything<Array>,
     x: &NumericAxis,
-    (by, facet): (&AxisNames, &AxisNames),
+    (by, facet, skips): (&AxisNames, &AxisNames, bool),
     label: &str,
     stroke: Stroke,
 ) -> Result<Layer, OpError> {
     let outer = [&facet.0[..], &by.0].concat();
-    let all = arrange(y, &outer, std::slice::from_ref(&x.0))?;
+    let all = arrange(y, (&outer, std::slice::from_ref(&x.0)), skips)?;
     let xs = numbers(&all.inner)?;
     let mut ascending: Vec<usize> = (0..xs.len()).collect();
     ascending.sort_by(|&i, &j| xs[i].total_cmp(&xs[j]));
@@ -75,7 +73,7 @@ pub(super) fn curves(
         Series { label: entry(label, &all.name, coordinate), panel: panel.clone(), marks }
     });
     let (x_label, y_label) = (names(&all.inner), all.name.clone());
-    Ok(Layer { x_label, y_label, columns, series: series.collect() })
+    Ok(Layer { x_label, y_label, columns, series: series.collect(), lacks: all.lacks() })
 }
 
 fn known_style(facts: &Facts<'_>) -> Result<(), Wrong> {
@@ -101,7 +99,7 @@ mod tests {
     use super::*;
 
     fn check(y: &Everything<Array>, by: &[&str], label: &str) -> Vec<Series> {
-        curves(y, &NumericAxis("x".into()), (&axes(by), &axes(&[])), label, Stroke::Dashed)
+        curves(y, &NumericAxis("x".into()), (&axes(by), &axes(&[]), false), label, Stroke::Dashed)
             .unwrap()
             .series
     }
@@ -127,7 +125,7 @@ mod tests {
     fn each_panel_has_its_own() {
         let y = value(&[("x", &["0", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 4.0]);
         let (x, facet) = (NumericAxis("x".into()), axes(&["ke"]));
-        let found = curves(&y, &x, (&axes(&[]), &facet), "", Stroke::Solid).unwrap().series;
+        let found = curves(&y, &x, (&axes(&[]), &facet, false), "", Stroke::Solid).unwrap().series;
         let line = |panel: &str, points| Series {
             label: "y".into(),
             panel: panel.into(),

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::interval::Lacks;
+
 /// A drawing: panels that share their axes, one for each name among the series.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct Drawing {
@@ -15,6 +17,8 @@ pub(super) struct Drawing {
     pub(super) series: Vec<Series>,
     /// How many panels stand side by side; where 0, as many as look well.
     pub(super) columns: usize,
+    /// How many of the values that it shows are missing.
+    pub(super) lacks: Lacks,
     /// What the colours of cells mean.
     pub(super) colours: Option<Colours>,
 }

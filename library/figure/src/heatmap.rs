@@ -37,6 +37,8 @@ declare! {
         title: String = "";
         /// What the colours measure; where empty, what the spec calls `z`.
         z_label: String = "";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
     rule fits;
 }
@@ -44,7 +46,7 @@ declare! {
 impl Op for Heatmap {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let [outer, inner] = [[&self.facet.0[..], &self.y.0].concat(), self.x.0.clone()];
-        let all = arrange(&self.z, &outer, &inner)?.at_most(0, REMEDY)?;
+        let all = arrange(&self.z, (&outer, &inner), self.skip_missing)?.at_most(0, REMEDY)?;
         let per_panel = per_panel(&self.scale).map_err(OpError::Failed)?;
         let (facets, ys) = all.outer.split_at(self.facet.0.len());
         let (panel_names, columns) = panels(facets);
@@ -78,6 +80,7 @@ impl Op for Heatmap {
             y,
             series: series.collect(),
             columns,
+            lacks: all.lacks(),
             colours: Some(Colours { label: label.clone(), ends }),
         }))
     }
@@ -195,7 +198,7 @@ mod tests {
         let none = String::new;
         let scale = scale.to_owned();
         let (title, z_label, marked) = (none(), none(), Vec::new());
-        Heatmap { z, x, y, facet, columns: 0, marked, scale, title, z_label }
+        Heatmap { z, x, y, facet, columns: 0, marked, scale, title, z_label, skip_missing: false }
     }
 
     fn svg(heatmap: &Heatmap) -> String {
@@ -217,7 +220,7 @@ mod tests {
     fn places_of_a_grid_go_from_the_top() {
         let z = value(&[STATES], &[0.0, 1.0, 2.0, f64::NAN]);
         let map = heatmap(z.clone(), &[], &[], "shared");
-        let all = arrange(&z, &[], &["state".into()]).unwrap();
+        let all = arrange(&z, (&[], &["state".into()]), false).unwrap();
         assert_eq!(map.across(&all, true), 2);
         let means = [0.0, 1.0, 2.0, f64::NAN];
         let places: Vec<(f64, f64, f64)> = map

@@ -1,9 +1,10 @@
 //! How often a value falls where.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare, is_missing};
 
 use super::arrange::sorted;
 use super::drawing::{Axis, Drawing, Mark, Series};
+use super::interval::Lacks;
 use super::panels::panels;
 use super::render::render;
 use super::scale::placeable;
@@ -37,6 +38,8 @@ impl Op for Histogram {
             |wanted: fn(f64) -> bool| parts.iter().flatten().filter(|x| wanted(**x)).count();
         let n_beyond = count(|x| x.is_finite() && !placeable(x));
         let n_infinite = count(f64::is_infinite);
+        let of = parts.iter().map(Vec::len).sum();
+        let lacks = Lacks { missing: count(is_missing), of, skips: true };
         for values in &mut parts {
             values.retain(|x| placeable(*x));
         }
@@ -76,6 +79,7 @@ impl Op for Histogram {
             y: axis(&self.y_label),
             series: series.collect(),
             columns,
+            lacks,
             colours: None,
         }))
     }

@@ -44,7 +44,8 @@ mod tests {
     fn a_paper_can_take_it_as_it_is() {
         let rows = [Dim::new("ke_%", Labels::Names(vec!["a & b".into(), "x^2\\".into()]))];
         let cell = |mean: f64, half: Option<f64>| {
-            Some(Estimate { mean, interval: half.map(|h| (mean - h, mean + h)) })
+            let interval = half.map(|h| (mean - h, mean + h));
+            Some(Estimate { mean, interval, ..Estimate::default() })
         };
         let columns = [
             Column {

@@ -4,6 +4,7 @@ use ivx_op::{Artifact, Tensors};
 use serde::{Deserialize, Serialize};
 
 use super::drawing::Series;
+use super::interval::Lacks;
 
 /// Series that belong together, and what they say about the axes.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
@@ -16,6 +17,9 @@ pub struct Layer {
     pub columns: usize,
     /// What is drawn.
     pub series: Vec<Series>,
+    /// How many of its values are missing.
+    #[serde(default, skip_serializing_if = "Lacks::nothing")]
+    pub lacks: Lacks,
 }
 
 impl Artifact for Layer {
@@ -53,7 +57,7 @@ mod tests {
             Mark::Bar { x: 0.0, width: 1.0, y: 2.0, whisker: Some((1.0, 3.0)) },
         ];
         let series = vec![Series { label: "a \"b\"".into(), marks, ..Series::default() }];
-        let layer = Layer { x_label: "x".into(), y_label: String::new(), columns: 0, series };
+        let layer = Layer { x_label: "x".into(), series, ..Layer::default() };
         let back = Layer::decode(&layer.encode()).unwrap();
         assert_eq!(format!("{back:?}"), format!("{layer:?}"));
     }

@@ -23,13 +23,15 @@ declare! {
         label: String = "";
         /// Whether the lines stand upright, where the horizontal axis is at `y`.
         upright: bool = false;
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
 }
 
 impl Op for Level {
     fn run(&self, _: &Ctx) -> Result<Layer, OpError> {
         let outer = [&self.facet.0[..], &self.by.0].concat();
-        let all = arrange(&self.y, &outer, &[])?;
+        let all = arrange(&self.y, (&outer, &[]), self.skip_missing)?;
         let (facets, by) = all.outer.split_at(self.facet.0.len());
         let (panel_names, columns) = panels(facets);
         let stroke = if all.rest.is_empty() { Stroke::Dashed } else { Stroke::Thin };
@@ -44,7 +46,7 @@ impl Op for Level {
             panel: panel.clone(),
             marks: cells.iter().map(|cell| mark(cell.mean)).collect(),
         });
-        Ok(Layer { columns, series: series.collect(), ..Layer::default() })
+        Ok(Layer { columns, series: series.collect(), lacks: all.lacks(), ..Layer::default() })
     }
 }
 
@@ -59,7 +61,7 @@ mod tests {
             let y = value(&[("seed", &["0", "1"]), ("ke", &["a", "b"])], &[1.0, 2.0, 3.0, 6.0]);
             let (by, facet, label) = (axes(&["ke"]), axes(&[]), String::new());
             let ctx = Ctx::new("level", 0, None);
-            Level { y, by, facet, label, upright }.run(&ctx).unwrap().series
+            Level { y, by, facet, label, upright, skip_missing: false }.run(&ctx).unwrap().series
         };
         let series = |label: &str, mark| Series {
             label: label.into(),

@@ -42,6 +42,7 @@ pub use curve::Curve;
 pub use drawing::{Form, Mark, Series, Stroke, Tint};
 pub use heatmap::Heatmap;
 pub use histogram::Histogram;
+pub use interval::Lacks;
 pub use layer::Layer;
 pub use level::Level;
 pub use lines::Lines;

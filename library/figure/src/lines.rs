@@ -24,12 +24,20 @@ declare! {
         x_label: String = "";
         /// What the vertical axis measures; where empty, what the spec calls `y`.
         y_label: String = "";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
 }
 
 impl Op for Lines {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
-        let layer = curves(&self.y, &self.x, (&self.by, &self.facet), "", Stroke::Solid)?;
+        let layer = curves(
+            &self.y,
+            &self.x,
+            (&self.by, &self.facet, self.skip_missing),
+            "",
+            Stroke::Solid,
+        )?;
         Ok(render(&drawing(&[&layer], &self.title, &self.x_label, &self.y_label)))
     }
 }
@@ -49,6 +57,7 @@ mod tests {
             title: String::new(),
             x_label: String::new(),
             y_label: String::new(),
+            skip_missing: false,
         };
         let ctx = Ctx::new("lines", 0, None);
         let run = |by| lines(by).run(&ctx).unwrap().files["svg"].clone();
@@ -77,6 +86,7 @@ mod tests {
             title: none(),
             x_label: none(),
             y_label: none(),
+            skip_missing: false,
         };
         let draw = || lines.run(&Ctx::new("lines", 0, None)).unwrap().files["svg"].clone();
         let (svg, again) = (draw(), draw());

@@ -16,6 +16,9 @@ const GAP: f64 = 14.0;
 /// What the name of a panel takes.
 const NAME: f64 = 17.0;
 
+/// What a line below all takes.
+const NOTE: f64 = 16.0;
+
 /// The most pixels that a unit of a diagram has.
 const UNIT: f64 = 44.0;
 
@@ -76,7 +79,8 @@ impl Page {
         let power = if y_ticks.exponent == 0 { 0.0 } else { 14.0 };
         let top = 14.0 + has(&drawing.title, 22.0) + power + if named { NAME } else { 0.0 };
         let has_last_line = !drawing.x.label.is_empty() || x_ticks.exponent != 0;
-        let bottom = below + if has_last_line { 22.0 } else { 4.0 };
+        let note = if drawing.lacks.nothing() { 0.0 } else { NOTE };
+        let bottom = below + if has_last_line { 22.0 } else { 4.0 } + note;
 
         let mut page = Self {
             width: 0.0,
@@ -94,7 +98,8 @@ impl Page {
         let (inside, down) = page.extent();
         let (legend_width, legend_height) = legend::size(drawing, down);
         let heading = width(&drawing.title, 13.0) * 1.1 + 16.0;
-        page.width = (left + inside + legend_width).max(heading).ceil();
+        let noted = width(&drawing.lacks.told(), SMALL) + 16.0;
+        page.width = (left + inside + legend_width).max(heading).max(noted).ceil();
         page.height = (top + down + bottom).max(top + legend_height + 10.0).ceil();
         page
     }

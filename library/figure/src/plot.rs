@@ -47,6 +47,7 @@ pub(super) fn drawing(layers: &[&Layer], title: &str, x_label: &str, y_label: &s
         y: axis(y_label, |layer| &layer.y_label),
         series: layers.iter().flat_map(|layer| layer.series.clone()).collect(),
         columns: layers.iter().map(|layer| layer.columns).max().unwrap_or(0),
+        lacks: layers.iter().map(|layer| layer.lacks).sum(),
         colours: None,
     }
 }
@@ -87,7 +88,7 @@ mod tests {
 
     fn layer(label: &str, x_label: &str, mark: Mark) -> Layer {
         let series = vec![Series { label: label.into(), marks: vec![mark], ..Series::default() }];
-        Layer { x_label: x_label.into(), y_label: "y".into(), columns: 0, series }
+        Layer { x_label: x_label.into(), y_label: "y".into(), series, ..Layer::default() }
     }
 
     #[test]

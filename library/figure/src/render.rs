@@ -42,6 +42,9 @@ pub(super) fn render(drawing: &Drawing) -> Figure {
     out.extend(axis_labels(drawing, &page));
     out.extend(title(&drawing.title, &page));
     out.extend(legend(drawing, &page));
+    if !drawing.lacks.nothing() {
+        out.push(text(8.0, page.height - 6.0, SMALL, "start", &drawing.lacks.told()));
+    }
     out.push("</svg>\n".to_owned());
     Figure { files: [("svg".to_owned(), out.join("\n"))].into() }
 }

@@ -25,13 +25,18 @@ declare! {
         x_label: String = "";
         /// What the vertical axis measures; where empty, what the spec calls `y`.
         y_label: String = "";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
 }
 
 impl Op for Scatter {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let outer = [&self.facet.0[..], &self.by.0].concat();
-        let (x, y) = (arrange(&self.x, &outer, &[])?, arrange(&self.y, &outer, &[])?);
+        let (x, y) = (
+            arrange(&self.x, (&outer, &[]), self.skip_missing)?,
+            arrange(&self.y, (&outer, &[]), self.skip_missing)?,
+        );
         if (&x.outer, &x.rest) != (&y.outer, &y.rest) {
             return Err(OpError::Failed(differ(&x, &y)));
         }
@@ -57,6 +62,7 @@ impl Op for Scatter {
             y: axis(&self.y_label, &y.name),
             series: series.collect(),
             columns,
+            lacks: x.lacks() + y.lacks(),
             colours: None,
         }))
     }
@@ -79,8 +85,16 @@ mod tests {
     fn scatter(x: Everything<Array>, y: Everything<Array>) -> Result<String, OpError> {
         let none = String::new;
         let (by, facet) = (axes(&["ke"]), axes(&[]));
-        let all =
-            Scatter { x, y, by, facet, title: none(), x_label: "gap".into(), y_label: none() };
+        let all = Scatter {
+            x,
+            y,
+            by,
+            facet,
+            title: none(),
+            x_label: "gap".into(),
+            y_label: none(),
+            skip_missing: false,
+        };
         all.run(&Ctx::new("scatter", 0, None)).map(|figure| figure.files["svg"].clone())
     }
 

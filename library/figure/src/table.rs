@@ -3,7 +3,7 @@
 use ivx_op::escape::{csv as quoted, markdown_cell as escaped};
 use ivx_op::{
     Array, AxisNames, Ctx, Dim, Everything, Facts, Many, Op, OpError, Table, Wrong, declare,
-    shown_to_decimals,
+    is_missing, shown_to_decimals,
 };
 
 use super::arrange::{Arranged, arrange};
@@ -42,16 +42,21 @@ declare! {
         /// Which number of each column of `values` is the best and in bold there: `highest`, `lowest` or
         /// `none`.
         best: String = "none";
+        /// Whether means are made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
     rule known_best;
 }
 
 impl Op for Tabulate {
     fn run(&self, _: &Ctx) -> Result<Table, OpError> {
-        let arranged = |value| arrange(value, &self.rows.0, &self.columns.0);
+        let arranged = |value| arrange(value, (&self.rows.0, &self.columns.0), self.skip_missing);
         let mut values: Vec<Arranged> =
             self.values.0.iter().map(arranged).collect::<Result<_, _>>()?;
-        let beside = self.beside.as_ref().map(|value| arrange(value, &self.rows.0, &[]));
+        let beside = self
+            .beside
+            .as_ref()
+            .map(|value| arrange(value, (&self.rows.0, &[]), self.skip_missing));
         let mut beside: Option<Arranged> = beside.transpose()?;
         let best = Best::named(&self.best).map_err(OpError::Failed)?;
         name_each(values.iter_mut().chain(&mut beside));
@@ -91,12 +96,16 @@ fn csv(rows: &[Dim], columns: &[Column]) -> String {
         let mut line: Vec<String> = labels.iter().map(|label| quoted(label)).collect();
         for column in columns {
             let cell = column.cells[i];
-            line.push(cell.map_or_else(String::new, |cell| exact(cell.mean)));
+            let there = cell.filter(|cell| !is_missing(cell.mean));
+            line.push(there.map_or_else(String::new, |cell| exact(cell.mean)));
             if column.over_seed {
                 let interval = cell.and_then(|cell| cell.interval);
                 line.extend(
                     interval.map_or_else(Default::default, |(low, high)| [exact(low), exact(high)]),
                 );
+            }
+            if column.lacks() {
+                line.push(cell.map_or(0, |cell| cell.lacks.missing).to_string());
             }
         }
         lines.push(line.join(","));
@@ -147,9 +156,17 @@ fn markdown(rows: &[Dim], columns: &[Column], digits: usize) -> String {
 }
 
 pub(super) fn shown(cell: Option<Estimate>, digits: usize) -> String {
-    let Some(Estimate { mean, interval }) = cell else { return String::new() };
-    let mean_text = shown_to_decimals(digits, mean);
-    match interval {
+    let Some(Estimate { mean, interval, lacks }) = cell else { return String::new() };
+    let mean_text = match lacks.missing {
+        n if is_missing(mean) && lacks.of > 1 => return format!("missing ({n} of {})", lacks.of),
+        _ if is_missing(mean) => return "missing".to_owned(),
+        _ => shown_to_decimals(digits, mean),
+    };
+    let of_rest = match lacks.missing {
+        0 => String::new(),
+        n => format!(" ({} of {})", lacks.of - n, lacks.of),
+    };
+    let text = match interval {
         Some((low, high)) => {
             // As many more digits as tell the ends from each other.
             let ends = |digits| [low, high].map(|end| shown_to_decimals(digits, end));
@@ -160,11 +177,14 @@ pub(super) fn shown(cell: Option<Estimate>, digits: usize) -> String {
             format!("{mean_text} {from}, {to}")
         }
         None => mean_text,
-    }
+    };
+    text + &of_rest
 }
 
 #[cfg(test)]
 mod tests {
+    use ivx_op::MISSING;
+
     use super::super::arrange::tests::{axes, value};
     use super::*;
 
@@ -184,8 +204,17 @@ mod tests {
         let values = Many(values.into_iter().map(named).collect());
         let beside = beside.map(named);
         let (rows, columns) = (axes(&["ke"]), axes(columns));
-        let best = "none".to_owned();
-        let table = Tabulate { values, rows, columns, beside, difference: false, digits: 2, best };
+        let (best, skip_missing) = ("none".to_owned(), false);
+        let table = Tabulate {
+            values,
+            rows,
+            columns,
+            beside,
+            difference: false,
+            digits: 2,
+            best,
+            skip_missing,
+        };
         table.run(&Ctx::new("table", 0, None))
     }
 
@@ -213,6 +242,39 @@ mod tests {
 | MA\\|x |  0.50 [0.50, 0.50] | -1.00e-3 |
 ";
         check(&found, md, &csv);
+    }
+
+    #[test]
+    fn what_is_missing_is_counted_and_left_out_where_that_is_said() {
+        let seeds: (&str, &[&str]) = ("seed", &["0", "1", "2"]);
+        let values = [1.0, MISSING, 2.0, MISSING, MISSING, MISSING, 4.0, 4.0, 4.0];
+        let lines = |skip_missing| {
+            let gap = value(&[("ke", &["WCM", "MA", "BCM"]), seeds], &values);
+            let (rows, columns, best) = (axes(&["ke"]), axes(&[]), "lowest".to_owned());
+            let (values, beside, difference) = (Many(vec![gap]), None, false);
+            let table = Tabulate {
+                values,
+                rows,
+                columns,
+                beside,
+                difference,
+                digits: 1,
+                best,
+                skip_missing,
+            };
+            let files = table.run(&Ctx::new("table", 0, None)).unwrap().files;
+            let cells = |text: &str| -> Vec<String> { text.lines().map(str::to_owned).collect() };
+            (cells(&files["md"])[2..].join("\n").replace("  ", ""), cells(&files["csv"]))
+        };
+        let (md, csv) = lines(false);
+        assert!(md.contains("missing (1 of 3) |") && md.contains("missing (3 of 3) |"), "{md}");
+        assert!(md.contains("**4.0 [4.0, 4.0]** |"), "{md}");
+        assert_eq!(csv[0], "ke,y mean,y low,y high,y missing");
+        assert_eq!(csv[1..], ["WCM,,,,1", "MA,,,,3", "BCM,4.0,4.0,4.0,0"]);
+        let (md, csv) = lines(true);
+        assert!(md.contains("**1.5 [-4.9, 7.9] (2 of 3)** |"), "{md}");
+        assert!(md.contains("missing (3 of 3) |"), "{md}");
+        assert!(csv[1].starts_with("WCM,1.5,") && csv[1].ends_with(",1"), "{csv:?}");
     }
 
     #[test]
@@ -288,7 +350,14 @@ mod tests {
     #[test]
     fn small_intervals_are_seen() {
         let text = |mean: f64, half: f64| {
-            shown(Some(Estimate { mean, interval: Some((mean - half, mean + half)) }), 2)
+            shown(
+                Some(Estimate {
+                    mean,
+                    interval: Some((mean - half, mean + half)),
+                    ..Estimate::default()
+                }),
+                2,
+            )
         };
         assert_eq!(text(0.67, 0.0), "0.67 [0.67, 0.67]");
         assert_eq!(text(0.67, 1e-4), "0.67 [0.6699, 0.6701]");

@@ -4,6 +4,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Artifact, Data, Gathered, Shapes, Tensors, label};
 
+/// What stands in the place of a number that could not be computed: not a number, and told from what was computed and is
+/// none either.
+pub const MISSING: f64 = f64::from_bits(0x7ff8_0000_0000_07a2);
+
+/// Whether a number is [`MISSING`].
+#[must_use]
+pub fn is_missing(x: f64) -> bool {
+    x.to_bits() == MISSING.to_bits()
+}
+
 /// Numbers over named dimensions, last dimension fastest. Without dimensions, a scalar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
@@ -134,30 +144,37 @@ impl Array {
         Self { dims, values }
     }
 
-    /// The arrays side by side: the gathered axes outermost, then the dimensions they share.
+    /// Whether it is what stands in the place of an array that could not be computed.
+    #[must_use]
+    pub fn is_missing(&self) -> bool {
+        self.dims.is_empty() && is_missing(self.values[0])
+    }
+
+    /// The arrays side by side: the gathered axes outermost, then the dimensions they share. One that is missing has
+    /// those of the others.
     ///
     /// # Errors
     /// If the arrays differ in their dimensions, or an axis bears the name of one.
     pub fn stack(gathered: &Gathered<Self>) -> Result<Self, String> {
-        let mut dims = gathered.dims.clone();
+        let all = &gathered.values;
+        let inner = all.iter().find(|array| !array.is_missing()).or(all.first());
+        let inner = inner.map_or(&[][..], |array| &array.dims);
+        let outer = |dim: &&Dim| gathered.dims.iter().any(|own| own.name == dim.name);
+        if let Some(clash) = inner.iter().find(outer) {
+            return Err(format!("`{}` is both an axis and a dimension of the value", clash.name));
+        }
+        let each = inner.iter().map(Dim::len).product();
         let mut values = Vec::new();
-        for (i, array) in gathered.values.iter().enumerate() {
-            if i == 0 {
-                if let Some(clash) =
-                    array.dims.iter().find(|d| dims.iter().any(|e| e.name == d.name))
-                {
-                    return Err(format!(
-                        "`{}` is both an axis and a dimension of the value",
-                        clash.name
-                    ));
-                }
-                dims.extend(array.dims.iter().cloned());
-            } else if array.dims != gathered.values[0].dims {
+        for array in all {
+            if array.dims == inner {
+                values.extend_from_slice(&array.values);
+            } else if array.is_missing() {
+                values.extend(std::iter::repeat_n(MISSING, each));
+            } else {
                 return Err("the values do not share their dimensions".to_owned());
             }
-            values.extend_from_slice(&array.values);
         }
-        Ok(Self { dims, values })
+        Ok(Self { dims: [&gathered.dims, inner].concat(), values })
     }
 
     /// The place of the dimension called `name`.
@@ -213,6 +230,21 @@ mod tests {
         assert_eq!(stacked, Array { dims: vec![ke, x], values: vec![1.0, 2.0, 3.0, 4.0] });
         assert_eq!(stacked.strides(), [2, 1]);
         assert_eq!(Array::decode(&stacked.encode()), Some(stacked));
+    }
+
+    #[test]
+    fn what_is_missing_has_the_dimensions_of_the_rest() {
+        let x = Dim::new("x", Labels::Numbers(vec![0.0, 0.5]));
+        let ke = Dim::new("ke", Labels::Names(vec!["WCM".into(), "MA".into()]));
+        let missing = Array::decode(&Array::scalar(MISSING).encode()).expect("it is one");
+        let stack = |values: Vec<Array>| {
+            Array::stack(&Gathered { dims: vec![ke.clone()], values, name: String::new() }).unwrap()
+        };
+        let some = stack(vec![missing.clone(), Array::series(x.clone(), vec![1.0, f64::NAN])]);
+        assert_eq!(some.dims, [ke.clone(), x]);
+        let told: Vec<bool> = some.values.iter().map(|x| is_missing(*x)).collect();
+        assert_eq!(told, [true, true, false, false]);
+        assert!(stack(vec![missing.clone(), missing]).values.iter().all(|x| is_missing(*x)));
     }
 
     #[test]

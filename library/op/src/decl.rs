@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::{RangeFrom, RangeInclusive};
 
-use crate::{ExternalKind, Lit, Rule, ShapeRule};
+use crate::{Args, Array, Artifact as _, ExternalKind, Lit, Rule, ShapeRule};
 
 /// The type of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -196,6 +196,20 @@ pub struct Port {
     pub gather: Gather,
     /// How many values it takes.
     pub takes: Takes,
+}
+
+/// The argument by which a reduction, a figure or a table leaves out what is missing.
+pub const SKIP_MISSING: &str = "skip_missing";
+
+impl Port {
+    /// Whether it takes numbers of which some are missing: what shows and judges does, and what reduces if it is told
+    /// to leave them out.
+    #[must_use]
+    pub fn takes_missing(&self, args: &Args) -> bool {
+        let skips = args.get(SKIP_MISSING) == Some(&Lit::Bool(true));
+        self.artifact == Array::KIND
+            && (self.gather == Gather::Everything || self.gather == Gather::Named && skips)
+    }
 }
 
 /// How many values a port takes.

@@ -30,11 +30,12 @@ pub use arg::{
     Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, How, Labelled,
     Literal, Many, MemberCount, Members, Named, NumericAxis, One, PortType,
 };
-pub use array::{Array, Dim, Labels};
+pub use array::{Array, Dim, Labels, MISSING, is_missing};
 pub use artifact::{Artifact, Data, Tensors, distance, kind_of, read_tensors};
 pub use by_name::ByName;
 pub use decl::{
-    ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Takes, Ty,
+    ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, SKIP_MISSING,
+    Takes, Ty,
 };
 pub use declare::field_name;
 pub use external::{

@@ -41,6 +41,10 @@ pub struct Finding {
     /// About how many seeds tell the difference seen, in four of five cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enough: Option<usize>,
+    /// The seeds of which something is missing, because a node failed: nothing is decided without them. An empty one
+    /// where there are no seeds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
     /// Whether it is undecided only because such differences, skewed or all alike, need more seeds.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub too_few: bool,

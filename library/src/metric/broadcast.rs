@@ -1,6 +1,6 @@
 //! Two arrays as one, matched by the names of their dimensions.
 
-use ivx_op::{Array, Dim, OpError};
+use ivx_op::{Array, Dim, MISSING, OpError, is_missing};
 
 use super::resample::RESAMPLE;
 
@@ -27,8 +27,16 @@ pub(super) fn broadcast(
     let added = right.dims.iter().filter(|dim| left.dim(&dim.name).is_none());
     let dims: Vec<Dim> = left.dims.iter().chain(added).cloned().collect();
     let (lefts, rights) = (spread(left, &dims), spread(right, &dims));
-    let values = lefts.iter().zip(&rights).map(|(&l, &r)| join(left.values[l], right.values[r]));
+    let values = lefts.iter().zip(&rights).map(|(&l, &r)| {
+        let (l, r) = (left.values[l], right.values[r]);
+        or_missing(join(l, r), &[l, r])
+    });
     Ok(Array { values: values.collect(), dims })
+}
+
+/// What is made of some numbers: missing, if it is not a number and one of these is missing.
+pub(super) fn or_missing(made: f64, of: &[f64]) -> f64 {
+    if made.is_nan() && of.iter().any(|x| is_missing(*x)) { MISSING } else { made }
 }
 
 /// The place in `x.values` of every coordinate of `dims`, last dimension fastest.

@@ -20,6 +20,8 @@ macro_rules! choices {
                 /// What is read there: another measure, or an axis for its value. Left out along one dimension of
                 /// an array, such as places, it is that dimension's own number.
                 of: Option<Named<Array>>;
+                /// Whether it is chosen among what is there where some of it is missing, because a node failed.
+                skip_missing: bool = false;
             }
             rule says_what_is_read;
         }
@@ -45,6 +47,8 @@ macro_rules! choices {
                 over: AxisNames;
                 /// What is read there, as by `argmin`.
                 of: Option<Named<Array>>;
+                /// Whether it is chosen among what is there where some of it is missing, because a node failed.
+                skip_missing: bool = false;
             }
             rule says_what_is_read;
         }
@@ -168,17 +172,27 @@ mod tests {
         // By fold: the lowest of (3, 1, 2) and of (1, 1, NaN), at 1 and at 0.
         let x = || rows(&[[3.0, 1.0], [1.0, 1.0], [2.0, f64::NAN]]);
         let of = || Some(rows(&[[10.0, 11.0], [20.0, 21.0], [30.0, 31.0]]));
-        let least = ArgminOver { x: x(), over: over("#0"), of: of() }.run(&CTX).unwrap();
+        let least = ArgminOver { x: x(), over: over("#0"), of: of(), skip_missing: false }
+            .run(&CTX)
+            .unwrap();
         assert_eq!(least, Array::series(dim("fold", 2), vec![20.0, 11.0]));
-        let most = ArgmaxOver { x: x(), over: over("#0"), of: of() }.run(&CTX).unwrap();
+        let most = ArgmaxOver { x: x(), over: over("#0"), of: of(), skip_missing: false }
+            .run(&CTX)
+            .unwrap();
         assert_eq!(most.values, [10.0, 11.0]);
 
-        let two = Lowest { x: x(), n: 2, over: over("#0"), of: of() }.run(&CTX).unwrap();
+        let two = Lowest { x: x(), n: 2, over: over("#0"), of: of(), skip_missing: false }
+            .run(&CTX)
+            .unwrap();
         assert_eq!(two.dims, [dim("fold", 2), dim("rank", 2)]);
         assert_eq!(two.values, [20.0, 30.0, 11.0, 21.0]);
-        let all = Highest { x: x(), n: 3, over: over("#0"), of: of() }.run(&CTX).unwrap();
+        let all = Highest { x: x(), n: 3, over: over("#0"), of: of(), skip_missing: false }
+            .run(&CTX)
+            .unwrap();
         assert_eq!(all.values, [10.0, 30.0, 20.0, 11.0, 21.0, 31.0]);
-        let four = Highest { x: x(), n: 4, over: over("#0"), of: of() }.run(&CTX).unwrap_err();
+        let four = Highest { x: x(), n: 4, over: over("#0"), of: of(), skip_missing: false }
+            .run(&CTX)
+            .unwrap_err();
         assert_eq!(four.to_string(), "4 are to be chosen, and there are 3");
     }
 
@@ -188,12 +202,17 @@ mod tests {
         let curve = Array::series(places, vec![0.0, 7.0, 3.0]);
         let x =
             || Named(Gathered { dims: vec![], values: vec![curve.clone()], name: String::new() });
-        let best = ArgmaxOver { x: x(), over: over("x"), of: None }.run(&CTX).unwrap();
+        let best = ArgmaxOver { x: x(), over: over("x"), of: None, skip_missing: false }
+            .run(&CTX)
+            .unwrap();
         assert_eq!(best, Array::scalar(0.5));
         // What is read may vary over more: a value for each of these.
         let more = Array::series(dim("metric", 2), vec![1.0, 2.0]);
         let of =
             Some(Named(Gathered { dims: vec![], values: vec![more.clone()], name: String::new() }));
-        assert_eq!(ArgmaxOver { x: x(), over: over("x"), of }.run(&CTX).unwrap(), more);
+        assert_eq!(
+            ArgmaxOver { x: x(), over: over("x"), of, skip_missing: false }.run(&CTX).unwrap(),
+            more
+        );
     }
 }

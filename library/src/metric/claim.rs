@@ -4,7 +4,7 @@ use ivx_math::evidence::{Evidence, N_RESAMPLES, Spread};
 use ivx_math::moments::mean;
 use ivx_op::{
     Array, Ctx, Dim, Everything, Facts, Finding, Many, Op, OpError, Outcome, Verdict, Wrong,
-    declare,
+    declare, is_missing,
 };
 
 use super::broadcast::broadcast;
@@ -85,7 +85,8 @@ impl Claim {
         if resampled && differences.dim(SEED).is_some() {
             differences = reduce(&differences, &[SEED.to_owned()], mean)?;
         }
-        let n_behind = self.n_behind()?;
+        let behind = self.seeds_behind()?;
+        let n_behind = self.n_behind(&behind);
         let sampled = [RESAMPLE, SEED].into_iter().find(|name| differences.dim(name).is_some());
         let sampled: Vec<String> = sampled.map(str::to_owned).into_iter().collect();
         let groups = Groups::of(&differences, &sampled)?;
@@ -96,6 +97,11 @@ impl Claim {
             let values = groups.gather(&differences, start);
             let at = coordinate(&axes, i);
             let finding = Finding { at, within: self.within, ..Finding::default() };
+            if let Some(missing) = missing(&differences, &values, &behind) {
+                let n = values.iter().filter(|x| !is_missing(**x)).count();
+                let n = if sampled.is_empty() || resampled { 0 } else { n };
+                return Finding { n, estimate: f64::NAN, missing, ..finding };
+            }
             if sampled.is_empty() || self.describes {
                 return self.plain(relation, &values, finding);
             }
@@ -172,14 +178,24 @@ impl Claim {
         (1..Finding::MIN_SEEDS).contains(&self.seeds)
     }
 
-    /// The fewest seeds among what was resampled.
-    fn n_behind(&self) -> Result<usize, OpError> {
-        let mut fewest = if self.seeds > 0 { self.seeds } else { usize::MAX };
-        for array in &self.behind.0 {
+    /// The seeds of each value that was resampled, and whether something of it is missing there.
+    fn seeds_behind(&self) -> Result<Vec<Vec<(String, bool)>>, OpError> {
+        let seeds = |array: &Everything<Array>| {
             let array = Array::stack(&array.0).map_err(OpError::Failed)?;
-            fewest = array.dim(SEED).map_or(fewest, |d| fewest.min(array.dims[d].len()));
-        }
-        Ok(fewest)
+            let Some(d) = array.dim(SEED) else { return Ok(Vec::new()) };
+            let lacks = |seed| array.picked(d, &[seed]).values.iter().any(|x| is_missing(*x));
+            let labels = &array.dims[d].labels;
+            Ok((0..labels.len()).map(|seed| (labels.text(seed), lacks(seed))).collect())
+        };
+        self.behind.0.iter().map(seeds).collect()
+    }
+
+    /// The fewest seeds among what was resampled, but those that are missing.
+    fn n_behind(&self, behind: &[Vec<(String, bool)>]) -> usize {
+        let most = if self.seeds > 0 { self.seeds } else { usize::MAX };
+        let there = behind.iter().filter(|seeds| !seeds.is_empty());
+        let there = there.map(|seeds| seeds.iter().filter(|(_, lacks)| !lacks).count());
+        there.fold(most, usize::min)
     }
 
     /// The finding on numbers that rest on no seeds, or are told of these seeds alone.
@@ -281,6 +297,37 @@ impl Claim {
             ..finding
         }
     }
+}
+
+/// The seeds of which something is missing, if any of some differences is.
+fn missing(
+    differences: &Array,
+    values: &[f64],
+    behind: &[Vec<(String, bool)>],
+) -> Option<Vec<String>> {
+    // Of resamples the first is the sample itself.
+    let sampled = if differences.dim(RESAMPLE).is_some() { &values[..1] } else { values };
+    if !sampled.iter().any(|x| is_missing(*x)) {
+        return None;
+    }
+    let labels: Vec<String> = match differences.dim(SEED) {
+        Some(d) if values.len() == differences.dims[d].len() => {
+            let labels = &differences.dims[d].labels;
+            let lost = (0..values.len()).filter(|seed| is_missing(values[*seed]));
+            lost.map(|seed| labels.text(seed)).collect()
+        }
+        _ => {
+            let lost = behind.iter().flatten().filter(|(_, lacks)| *lacks);
+            let mut labels: Vec<String> = Vec::new();
+            for (seed, _) in lost {
+                if !labels.contains(seed) {
+                    labels.push(seed.clone());
+                }
+            }
+            labels
+        }
+    };
+    Some(if labels.is_empty() { vec![String::new()] } else { labels })
 }
 
 /// The axes and labels of the `i`-th coordinate, last axis fastest.

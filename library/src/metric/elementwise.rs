@@ -2,7 +2,7 @@
 
 use ivx_op::{Array, Ctx, Maths, One, Op, OpError, declare};
 
-use super::broadcast::broadcast;
+use super::broadcast::{broadcast, or_missing};
 
 macro_rules! of_one {
     ($($(#[doc = $doc:literal])+ $ty:ident = $name:literal;)+) => {$(
@@ -16,7 +16,8 @@ macro_rules! of_one {
 
         impl Op for $ty {
             fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-                let values = self.x.values.iter().map(|x| Maths::$ty.of(&[*x])).collect();
+                let of = |x: &f64| or_missing(Maths::$ty.of(&[*x]), &[*x]);
+                let values = self.x.values.iter().map(of).collect();
                 Ok(Array { dims: self.x.dims.clone(), values })
             }
         }
@@ -115,7 +116,10 @@ fn each(maths: Maths, of: &[&Array]) -> Result<Array, OpError> {
     let all = of.iter().try_fold(Array::scalar(0.0), |all, x| broadcast(&all, x, |_, _| 0.0))?;
     let spread = of.iter().map(|x| broadcast(&all, x, |_, x| x));
     let spread = spread.collect::<Result<Vec<Array>, _>>()?;
-    let at = |i: usize| maths.of(&spread.iter().map(|x| x.values[i]).collect::<Vec<_>>());
+    let at = |i: usize| {
+        let of: Vec<f64> = spread.iter().map(|x| x.values[i]).collect();
+        or_missing(maths.of(&of), &of)
+    };
     let values = (0..all.values.len()).map(at).collect();
     Ok(Array { dims: all.dims, values })
 }

@@ -3,7 +3,7 @@
 use ivx_math::order;
 use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
 
-use super::reduce::reduce;
+use super::reduce::reduce_rest;
 
 declare! {
     /// A quantile, linear between neighbours (type 7); infinite between a number and an infinity.
@@ -16,13 +16,15 @@ declare! {
         over: AxisNames;
         /// The field of an axis that vanishes, as in `task.scene`: one result for each of its values.
         by: GroupBy = Vec::<i64>::new();
+        /// Whether it is made of what is there where some of it is missing, because a node failed.
+        skip_missing: bool = false;
     }
 }
 
 impl Op for Quantile {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
         let x = Array::stack(&self.x.0).map_err(OpError::Failed)?;
-        reduce(&x, &self.over.0, |xs| order::quantile(xs, self.q))
+        reduce_rest(&x, (&self.over.0, self.skip_missing), |xs| order::quantile(xs, self.q))
     }
 }
 
@@ -40,7 +42,7 @@ mod tests {
         let over = AxisNames(vec!["#0".to_owned()]);
         let ctx = Ctx::new("quantile", 0, None);
         assert_eq!(
-            Quantile { x, q: 0.25, over, by: GroupBy }.run(&ctx).unwrap(),
+            Quantile { x, q: 0.25, over, by: GroupBy, skip_missing: false }.run(&ctx).unwrap(),
             Array::scalar(1.5)
         );
     }

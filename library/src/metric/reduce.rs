@@ -1,7 +1,7 @@
 //! Reductions: many numbers along named dimensions become one.
 
 use ivx_math::{moments, order};
-use ivx_op::{Array, AxisNames, Ctx, GroupBy, Named, Op, OpError, declare};
+use ivx_op::{Array, AxisNames, Ctx, GroupBy, MISSING, Named, Op, OpError, declare, is_missing};
 
 /// The axis of replications.
 pub(super) const SEED: &str = "seed";
@@ -25,13 +25,15 @@ macro_rules! reductions {
                 over: AxisNames;
                 /// The field of an axis that vanishes, as in `task.scene`: one result for each of its values.
                 by: GroupBy = Vec::<i64>::new();
+                /// Whether it is made of what is there where some of it is missing, because a node failed.
+                skip_missing: bool = false;
             }
         }
 
         impl Op for $ty {
             fn run(&self, _: &Ctx) -> Result<Array, OpError> {
                 let x = Array::stack(&self.x.0).map_err(OpError::Failed)?;
-                reduce(&x, &self.over.0, $function)
+                reduce_rest(&x, (&self.over.0, self.skip_missing), $function)
             }
         }
     )+};
@@ -71,6 +73,25 @@ pub(super) fn reduce(
     let groups = Groups::of(x, over)?;
     let values = groups.starts.iter().map(|start| join(&groups.gather(x, *start))).collect();
     Ok(Array { dims: groups.kept.iter().map(|&d| x.dims[d].clone()).collect(), values })
+}
+
+/// The same, of what is there if `skips`: what is made of nothing is missing, and otherwise what is made of something
+/// missing.
+///
+/// # Errors
+/// If there is no such dimension, or nothing along it.
+pub(super) fn reduce_rest(
+    x: &Array,
+    (over, skips): (&[String], bool),
+    join: impl Fn(&[f64]) -> f64,
+) -> Result<Array, OpError> {
+    reduce(x, over, |values| {
+        if !values.iter().any(|x| is_missing(*x)) {
+            return join(values);
+        }
+        let rest: Vec<f64> = values.iter().copied().filter(|x| !is_missing(*x)).collect();
+        if skips && !rest.is_empty() { join(&rest) } else { MISSING }
+    })
 }
 
 /// How the values of an array fall into groups, one for each coordinate that is kept.
@@ -143,7 +164,9 @@ mod tests {
     #[test]
     fn an_axis_a_dimension_or_both_vanish() {
         let mean = |names: &[&str]| {
-            Mean { x: gathered(), over: over(names), by: GroupBy }.run(&CTX).unwrap()
+            Mean { x: gathered(), over: over(names), by: GroupBy, skip_missing: false }
+                .run(&CTX)
+                .unwrap()
         };
         assert_eq!(mean(&["#0"]), Array::series(dim("x", 2), vec![12.0, 13.0]));
         assert_eq!(mean(&["x"]), Array::series(dim("#0", 3), vec![0.5, 10.5, 26.5]));
@@ -155,29 +178,53 @@ mod tests {
     fn each_reduction_is_its_own() {
         let (x, over) = (gathered, || over(&["#0"]));
         assert_eq!(
-            Median { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values,
+            Median { x: x(), over: over(), by: GroupBy, skip_missing: false }
+                .run(&CTX)
+                .unwrap()
+                .values,
             [10.0, 11.0]
         );
-        assert_eq!(Min { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values, [0.0, 1.0]);
         assert_eq!(
-            Max { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values,
+            Min { x: x(), over: over(), by: GroupBy, skip_missing: false }
+                .run(&CTX)
+                .unwrap()
+                .values,
+            [0.0, 1.0]
+        );
+        assert_eq!(
+            Max { x: x(), over: over(), by: GroupBy, skip_missing: false }
+                .run(&CTX)
+                .unwrap()
+                .values,
             [26.0, 27.0]
         );
         assert_eq!(
-            Iqm { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values,
+            Iqm { x: x(), over: over(), by: GroupBy, skip_missing: false }
+                .run(&CTX)
+                .unwrap()
+                .values,
             [12.0, 13.0]
         );
         // Deviations −12, −2, 14: squares sum to 344.
-        let std = Std { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values;
+        let std = Std { x: x(), over: over(), by: GroupBy, skip_missing: false }
+            .run(&CTX)
+            .unwrap()
+            .values;
         assert!((std[0] - (344.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        let stderr = Stderr { x: x(), over: over(), by: GroupBy }.run(&CTX).unwrap().values;
+        let stderr = Stderr { x: x(), over: over(), by: GroupBy, skip_missing: false }
+            .run(&CTX)
+            .unwrap()
+            .values;
         assert!((stderr[1] - (344.0_f64 / 6.0).sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn what_cannot_be_reduced_is_explained() {
         let message = |x: Named<Array>, names: &[&str]| {
-            Mean { x, over: over(names), by: GroupBy }.run(&CTX).unwrap_err().to_string()
+            Mean { x, over: over(names), by: GroupBy, skip_missing: false }
+                .run(&CTX)
+                .unwrap_err()
+                .to_string()
         };
         let unknown = "there is no dimension `y` to reduce over; there are: `#0`, `x`";
         assert_eq!(message(gathered(), &["y"]), unknown);

@@ -2,10 +2,10 @@
 
 use ivx_math::evidence::N_RESAMPLES;
 use ivx_math::order::quantile;
-use ivx_op::{Array, Ctx, Dim, Everything, Labels, Op, OpError, declare};
+use ivx_op::{Array, Ctx, Dim, Everything, Labels, Op, OpError, declare, is_missing};
 use rand::RngExt as _;
 
-use super::reduce::{SEED, named, reduce};
+use super::reduce::{SEED, named, reduce_rest};
 
 /// The dimension of samples drawn anew.
 pub(super) const RESAMPLE: &str = "resample";
@@ -25,6 +25,8 @@ declare! {
         along: Vec<String> = Vec::<&str>::new();
         /// The share below, where the reduction is `quantile`.
         q: f64 = 0.5, in 0.0..=1.0;
+        /// Whether seeds of which something is missing are left out.
+        skip_missing: bool = false;
     }
 }
 
@@ -34,10 +36,19 @@ impl Op for Resample {
         let d = x.dim(SEED).ok_or_else(|| OpError::Failed("there are no seeds".to_owned()))?;
         let n = x.dims[d].len();
         let labels: Vec<String> = (0..n).map(|i| x.dims[d].labels.text(i)).collect();
-        let mut rng = Ctx { seed: 0, member: None, ..*ctx }.rng(RESAMPLE, &[&labels.join(" ")]);
+        let ctx = Ctx { seed: 0, member: None, ..*ctx };
+        let mut rng = ctx.rng(RESAMPLE, &[&labels.join(" ")]);
         let draws = (0..N_RESAMPLES).map(|_| (0..n).map(|_| rng.random_range(0..n)).collect());
         let mut samples: Vec<Vec<usize>> = vec![(0..n).collect()];
         samples.extend(draws);
+        let there: Vec<usize> = (0..n).filter(|seed| !lacks(&x, d, *seed)).collect();
+        if self.skip_missing && !there.is_empty() && there.len() < n {
+            // Seeds that are there on both sides of a claim stay drawn alike.
+            let mut again = ctx.rng(RESAMPLE, &[&labels.join(" "), "again"]);
+            for seed in samples[1..].iter_mut().flatten().filter(|seed| !there.contains(seed)) {
+                *seed = there[again.random_range(0..there.len())];
+            }
+        }
         samples.extend(exchanges(n));
 
         let (block, inner) = ((n * x.strides()[d]).max(1), x.strides()[d]);
@@ -67,11 +78,22 @@ impl Op for Resample {
 impl Resample {
     fn reduced(&self, sample: &Array) -> Result<Array, OpError> {
         if self.reduction == "quantile" {
-            return reduce(sample, &self.along, |xs| quantile(xs, self.q));
+            return reduce_rest(sample, (&self.along, self.skip_missing), |xs| {
+                quantile(xs, self.q)
+            });
         }
         let missing = || OpError::Failed(format!("no reduction is called `{}`", self.reduction));
-        reduce(sample, &self.along, named(&self.reduction).ok_or_else(missing)?)
+        reduce_rest(
+            sample,
+            (&self.along, self.skip_missing),
+            named(&self.reduction).ok_or_else(missing)?,
+        )
     }
+}
+
+/// Whether something of a seed is missing.
+fn lacks(x: &Array, d: usize, seed: usize) -> bool {
+    x.picked(d, &[seed]).values.iter().any(|x| is_missing(*x))
 }
 
 /// All samples in which one seed gives way to another, those of the first seed first; where there are many, to so many
@@ -89,7 +111,7 @@ fn exchanges(n: usize) -> impl Iterator<Item = Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use ivx_op::Gathered;
+    use ivx_op::{Gathered, MISSING};
 
     use super::*;
 
@@ -97,8 +119,30 @@ mod tests {
         let seed = Dim::new(SEED, Labels::count(values.len()));
         let values = values.into_iter().map(Array::scalar).collect();
         let x = Everything(Gathered { dims: vec![seed], values, name: String::new() });
-        let resample = Resample { x, reduction: String::new(), along: Vec::new(), q: 0.5 };
+        let resample = Resample {
+            x,
+            reduction: String::new(),
+            along: Vec::new(),
+            q: 0.5,
+            skip_missing: false,
+        };
         resample.run(&Ctx::new("resample", 0, None)).expect("it has seeds")
+    }
+
+    #[test]
+    fn a_seed_that_is_missing_is_drawn_where_it_is_not_left_out() {
+        let mean = |skip_missing| {
+            let seed = Dim::new(SEED, Labels::count(3));
+            let values = [1.0, MISSING, 5.0].map(Array::scalar).to_vec();
+            let x = Everything(Gathered { dims: vec![seed], values, name: String::new() });
+            let (reduction, along) = ("mean".to_owned(), vec![SEED.to_owned()]);
+            let resample = Resample { x, reduction, along, q: 0.5, skip_missing };
+            resample.run(&Ctx::new("resample", 0, None)).expect("it has seeds").values
+        };
+        let kept = mean(true);
+        assert_eq!(kept[0], 3.0);
+        assert!(kept[1..=N_RESAMPLES].iter().all(|x| (1.0..=5.0).contains(x)));
+        assert!(is_missing(mean(false)[0]));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use ivx_op::{Gathered, Labels};
+use ivx_op::{Gathered, Labels, MISSING};
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::*;
@@ -133,7 +133,7 @@ fn what_was_reduced_over_few_seeds_decides_nothing() {
 fn a_mean_over_seeds_is_judged_as_its_seeds_are() {
     let resampled = |xs: &[f64]| {
         let (reduction, along) = ("mean".to_owned(), vec![SEED.to_owned()]);
-        let resample = Resample { x: seeds(xs), reduction, along, q: 0.5 };
+        let resample = Resample { x: seeds(xs), reduction, along, q: 0.5, skip_missing: false };
         whole(resample.run(&Ctx::new("resample", 0, None)).expect("it has seeds"))
     };
     let mut rng = Ctx { op: "test", ..CTX }.rng("sample", &[]);
@@ -306,7 +306,7 @@ fn what_is_missing_decides_nothing() {
     }
     let resample = |xs: &[f64]| {
         let (reduction, along) = ("median".to_owned(), vec![SEED.to_owned()]);
-        let resample = Resample { x: seeds(xs), reduction, along, q: 0.5 };
+        let resample = Resample { x: seeds(xs), reduction, along, q: 0.5, skip_missing: false };
         whole(resample.run(&Ctx::new("resample", 0, None)).expect("it has seeds"))
     };
     let claim = Claim {
@@ -330,4 +330,35 @@ fn a_share_on_the_right_is_told_as_it_stands() {
     assert_eq!(left.estimate, -right.estimate);
     let ends = |finding: &Finding| finding.interval.expect("there are seeds");
     assert_eq!(ends(&left), (-ends(&right).1, -ends(&right).0));
+}
+
+#[test]
+fn what_lacks_seeds_is_undecided_and_says_which() {
+    let low = seeds(&[1.0, 2.0, MISSING, 4.0, 5.0, MISSING, 7.0]);
+    let found = finding(&of(low.clone(), "<", scalar(100.0)));
+    assert_eq!((found.outcome, found.n), (Outcome::Undecided, 5));
+    assert!(found.estimate.is_nan());
+    assert_eq!(found.missing, ["2", "5"]);
+    // A failed node without seeds.
+    let found = finding(&of(scalar(MISSING), "<", scalar(1.0)));
+    assert_eq!((found.outcome, &found.missing[..]), (Outcome::Undecided, &[String::new()][..]));
+    // What was computed and is not a number is not missing, and decides nothing either.
+    let odd = finding(&of(seeds(&[1.0, 2.0, f64::NAN, 4.0, 5.0]), "<", scalar(100.0)));
+    assert_eq!((odd.outcome, odd.missing.len()), (Outcome::Undecided, 0));
+
+    let mean = |skip_missing| {
+        let (reduction, along) = ("mean".to_owned(), vec!["seed".to_owned()]);
+        let resample = Resample { x: low.clone(), reduction, along, q: 0.5, skip_missing };
+        let left = whole(resample.run(&CTX).expect("it has seeds"));
+        let behind = Many(vec![low.clone()]);
+        finding(&Claim { behind, ..of(left, "<", scalar(100.0)) })
+    };
+    let lost = mean(false);
+    assert_eq!(
+        (lost.outcome, &lost.missing[..]),
+        (Outcome::Undecided, &["2", "5"].map(str::to_owned)[..])
+    );
+    let kept = mean(true);
+    assert_eq!((kept.outcome, kept.n, kept.missing.len()), (Outcome::Holds, 5, 0));
+    assert!((kept.estimate + 96.2).abs() < 1e-9, "{}", kept.estimate);
 }
