@@ -62,6 +62,10 @@ impl Learner for Ensemble {
     fn makes_networks(&self) -> bool {
         self.learner.makes_networks()
     }
+
+    fn says_std(&self) -> bool {
+        self.learner.says_std()
+    }
 }
 
 /// As many observations, drawn with replacement.
