@@ -121,7 +121,10 @@ fn cell(mdp: &Mdp, state: usize, usual: Option<f64>, at: (f64, f64), has_room: b
     let (size, form, text) = ((1.0, 1.0), Form::Rectangle, String::new());
     let mut marks = vec![Mark::Shape { at, size, form, tint, text }];
     let pays = pays.map(|pays| shown(pays).replace('-', "−"));
-    let corner = if has_room { (at.0 + 0.3, at.1 - 0.45) } else { (at.0, at.1 - 0.4) };
+    // A longer number begins further left, and ends where a shorter one does.
+    let long = pays.as_ref().map_or(0, |text| text.chars().count().saturating_sub(2));
+    let left = 0.3 - 0.06 * count(long.min(5));
+    let corner = if has_room { (at.0 + left, at.1 - 0.45) } else { (at.0, at.1 - 0.4) };
     marks.extend(pays.map(|pays| Mark::Text(corner.0, corner.1, pays)));
     marks
 }
