@@ -59,3 +59,62 @@ fn records_are_coordinates() {
         "5.0,2.0",
     );
 }
+
+#[test]
+fn mathematics_is_the_same_of_what_is_known_and_what_is_computed() {
+    // Not known before anything runs, and 0.
+    let zero = "let data = sample(sinusoids(), n: 3)
+        let zero = 0.0 * rmse(train(linear_mle(features: polynomial(degree: 0)), on: data), on: data)
+        axis k = [-1.5, 2.0]";
+    let of = [
+        "abs(X)",
+        "ceil(X)",
+        "floor(X)",
+        "round(X)",
+        "sign(X)",
+        "exp(X)",
+        "log(X * X)",
+        "sqrt(X * X)",
+        "sin(X)",
+        "cos(X)",
+        "tanh(X)",
+        "pow(X, 3)",
+        "max(X, 0.5)",
+        "min(X, 0.5)",
+        "clip(X, -1, 1)",
+        "where(X > 0.5, X, -X)",
+    ];
+    let sum = |x: &str| of.map(|one| format!("1.0 * {}", one.replace('X', x))).join(" + ");
+    let (known, computed) = (sum("k"), sum("(k + zero)"));
+    check(&format!("{zero}\n measure m = where({known} == {computed}, 1.0, 0.0)"), "1.0,1.0");
+}
+
+#[test]
+fn lists_are_reckoned_with_item_by_item() {
+    check("axis k = pow(2.0, [0, 1, 3])\n measure m = 1.0 * k", "1.0,2.0,8.0");
+    check("axis k = 10 * [1, 2] + [0, 5]\n measure m = 1.0 * k", "10.0,25.0");
+    check(
+        "axis k = [\"a\", \"b\"]\n let n = where(k == \"a\", 1, 2)\n measure m = 1.0 * n",
+        "1.0,2.0",
+    );
+    check("measure m = floor(2.0 * pi) + floor(10.0 * e)", "33.0");
+}
+
+#[test]
+fn a_function_is_passed_on_with_what_it_mentions() {
+    let at = "at: grid(0.0, 1.0, points: 2)";
+    let line = "let line(a: Float, slope: Float = 10.0) = slope * a + shift";
+    check(
+        &format!("axis shift = [1, 2]\n {line}\n measure m = reward_at(reward(line), {at})"),
+        "1.0,11.0,2.0,12.0",
+    );
+    let kinked = "let half(a: Float) = a / 2\n let kinked(b: Scalar) = where(b >= 1.0, half(b), 0)";
+    check(&format!("{kinked}\n measure m = reward_at(reward(kinked), {at})"), "0.0,0.5");
+    let decade = "let decade(x: Float) = pow(10.0, x)";
+    check(
+        &format!(
+            "{decade}\n measure m = reward_at(reward(decade), at: mapped(grid(0.0, 1.0, points: 2), by: decade))"
+        ),
+        "10.0,10000000000.0",
+    );
+}

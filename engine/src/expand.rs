@@ -135,7 +135,8 @@ impl Values {
         let mut indices: Vec<usize> = vec![own.map(|(axis, stride)| place[axis] * stride).sum()];
         for (axis, order) in axes.iter().zip(orders) {
             let own = self.axes.iter().position(|own| own == axis);
-            let stride = self.strides[own.expect("what is gathered varies")];
+            // What does not vary over an axis is the same along it.
+            let stride = own.map_or(0, |own| self.strides[own]);
             let along = |index: usize| order.iter().map(move |i| index + i * stride);
             indices = indices.into_iter().flat_map(along).collect();
         }

@@ -13,6 +13,7 @@ pub use desc::{Desc, widen};
 pub use shape::Known;
 
 mod desc;
+mod number;
 mod shape;
 
 /// What the addresses of a figure, table or claim have for a name: `figure "start"`. Names of

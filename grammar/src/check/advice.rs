@@ -161,10 +161,13 @@ pub(super) fn call_help(name: &str) -> Option<&'static str> {
             "an axis is `axis x = 0..5`, places are `grid(0.0, 1.0, points: 11)`"
         }
         "linspace" => "write `grid(0.0, 1.0, points: 11)`",
-        "abs" | "sqrt" | "exp" | "log" | "pow" | "sin" | "cos" | "square" | "round" | "floor"
-        | "ceil" | "sign" | "clip" => {
-            "there are `+ - * /` and comparisons; other functions of results are written by a `command`"
-        }
+        "square" => "write `pow(x, 2)`",
+        "ln" | "log1p" => "the natural logarithm is `log(x)`",
+        "log10" | "log2" => "write `log(x) / log(10.0)`",
+        "power" => "write `pow(x, y)`",
+        "clamp" => "write `clip(x, low, high)`",
+        "tan" => "write `sin(x) / cos(x)`",
+        "logspace" | "geomspace" => "write `pow(10.0, [-3, -2, -1])`",
         "len" | "length" | "count" | "shape" => {
             "sums over a dimension count it: `sum(x * 0.0 + 1.0, over: n)`"
         }
@@ -182,8 +185,6 @@ pub(super) fn call_help(name: &str) -> Option<&'static str> {
         "stdev" | "sd" | "var" | "variance" => {
             "write `std(x, over: seed)`; a variance is `std(..) * std(..)`"
         }
-        "maximum" => "write `max(x, over: n)`",
-        "minimum" => "write `min(x, over: n)`",
         "fit" | "learn" | "optimize" | "optimise" => {
             "write `train(learner, on: data, steps: 1_000)`"
         }
@@ -201,7 +202,9 @@ pub(super) fn call_help(name: &str) -> Option<&'static str> {
             "write `train(linear_mle(features: polynomial(degree: 1)), on: data)`"
         }
         "MLP" | "nn" | "neural_network" | "network" => "write `mlp(hidden: [64, 64])`",
-        "if" | "ifelse" => "choose along an axis: `match method { \"a\": 1, \"b\": 2 }`",
+        "if" | "ifelse" | "cond" => {
+            "write `where(condition, a, b)`, or choose along an axis: `match method { \"a\": 1, \"b\": 2 }`"
+        }
         _ => return None,
     })
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{ArgDecl, ArgKind, ByName, Decl, ExternalKind, Lit, Role, Ty};
+use ivx_op::{ArgDecl, ArgKind, ByName, Decl, ExternalKind, Lit, Maths, Role, Ty};
 
 use super::Checker;
 use super::advice::call_help;
@@ -34,12 +34,17 @@ impl<'a> Checker<'a> {
             return self.function(at, (scope, own), params, value, args, span);
         }
         let registry = self.library.registry();
-        let Some(decl) = registry.decl(&name.value) else {
+        let meant = super::maths::meant(&name.value, args);
+        let Some(decl) = registry.decl(meant) else {
             return self.unknown_call(at, name);
         };
         let Some(matched) = self.match_args(decl, args, span) else {
             return Val::Poison;
         };
+        if let Some(maths) = Maths::called(decl.name) {
+            let given: Vec<&ast::Expr> = matched.iter().filter_map(|(_, expr)| *expr).collect();
+            return self.maths(at, (maths, decl), &given, span);
+        }
         match &decl.role {
             Role::Part(family) => self.part(at, decl, family, &matched, span),
             Role::Rows(_) => self.part(at, decl, super::axis::ROWS, &matched, span),

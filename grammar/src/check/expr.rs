@@ -175,13 +175,20 @@ impl<'a> Checker<'a> {
                 let message = format!("`{symbol}` is not defined for {a_ty} and {b_ty}");
                 return self.fault(Diagnostic::new(Code::Type, span, message, "do not combine"));
             }
-            if !numbers {
+            let ty = super::maths::arithmetic_type(a_ty, b_ty, op != BinaryOp::Div);
+            let Some(ty) = ty.filter(|_| !op.compares()) else {
                 let (odd, span) = if is_number(a_ty) { (b_ty, b_span) } else { (a_ty, a_span) };
                 let message = format!("expected a number or an array, found {odd}");
-                return self.fault(Diagnostic::new(Code::Type, span, message, "not a number"));
-            }
-            let whole = *a_ty == Ty::Int && *b_ty == Ty::Int && op != BinaryOp::Div;
-            let ty = if whole { Ty::Int } else { Ty::Float };
+                let fault = Diagnostic::new(Code::Type, span, message, "not a number");
+                let help = match odd {
+                    Ty::Bool => {
+                        Some("`where(condition, 1.0, 0.0)` makes a number of it".to_owned())
+                    }
+                    Ty::Function(_) => Some("a function is called: `f(...)`".to_owned()),
+                    _ => None,
+                };
+                return self.fault(fault.maybe_help(help));
+            };
             return self.arithmetic(op, a.clone(), b.clone(), ty, a_span.to(b_span));
         }
         let name = match op {
@@ -273,9 +280,10 @@ impl<'a> Checker<'a> {
             return Val::Poison;
         }
         let inputs: Vec<ExprId> = ports.iter().map(|(_, id)| *id).collect();
-        if let [left, right] = inputs[..]
-            && !dims.iter().all(|dim| self.same_labels(dim, (left, span), (right, span)))
-        {
+        let alike = inputs.windows(2).all(|pair| {
+            dims.iter().all(|dim| self.same_labels(dim, (pair[0], span), (pair[1], span)))
+        });
+        if !alike {
             return Val::Poison;
         }
         let ports =

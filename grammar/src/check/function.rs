@@ -19,7 +19,7 @@ const SCALAR: &str = "Scalar";
 const ENSEMBLE: &str = "Ensemble";
 
 /// What the parameter of a function takes.
-enum Wanted {
+pub(super) enum Wanted {
     /// A description.
     Desc(Ty),
     /// One number, computed or not.
@@ -77,7 +77,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A value as the parameter of a function asks for it.
-    fn argument_of(&mut self, param: &'a LetParam, value: Val, span: Span) -> Val {
+    pub(super) fn argument_of(&mut self, param: &'a LetParam, value: Val, span: Span) -> Val {
         let Some(wanted) = self.wanted(&param.ty) else { return Val::Poison };
         let expr = if let Val::Artifact(id) = value { Some(self.program.expr(id)) } else { None };
         let member = |expr: &crate::ir::Expr| {
@@ -110,7 +110,7 @@ impl<'a> Checker<'a> {
     }
 
     /// What a type that was written asks for.
-    fn wanted(&mut self, written: &TyExpr) -> Option<Wanted> {
+    pub(super) fn wanted(&mut self, written: &TyExpr) -> Option<Wanted> {
         let kinds = self.library.kinds();
         let name = written.name.value.as_str();
         Some(match &written.args[..] {

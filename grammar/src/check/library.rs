@@ -69,6 +69,7 @@ impl<'a> Library<'a> {
                 part.args.iter().map(|(name, lit)| (name.clone(), self.type_of(lit))).collect(),
             ),
             Lit::Held(_) | Lit::External(_) => nothing(),
+            Lit::Function(formula) => Ty::Function(formula.inputs.clone()),
             Lit::Part(part) => match self.registry.decl(&part.name).map(|decl| &decl.role) {
                 Some(Role::Part(family)) => Ty::Part((*family).to_owned()),
                 Some(Role::Rows(_)) => Ty::Part(ROWS.to_owned()),
@@ -91,6 +92,12 @@ impl<'a> Library<'a> {
                 return Some("write a record, such as `(name: \"text\", n: 3)`".to_owned());
             }
             Ty::External(_) => return Some("write its name in quotes".to_owned()),
+            Ty::Function(inputs) => {
+                let inputs: Vec<String> =
+                    inputs.iter().map(|input| format!("{input}: Float")).collect();
+                let inputs = inputs.join(", ");
+                return Some(format!("write `let f({inputs}) = ..`, and `f` here"));
+            }
             Ty::Record(_) => return None,
         };
         let parts = self.parts(family).into_iter();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_op::Role;
+use ivx_op::{Lit, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
@@ -97,7 +97,10 @@ impl<'a> Checker<'a> {
             return local.clone();
         }
         let Some((scope, item)) = self.scopes.find(at.scope, name) else {
-            return self.unknown_name(at, name, span);
+            return match super::maths::constant(name) {
+                Some(x) if !self.scopes.lost(at.scope, name) => Val::lit(Lit::Real(x), Ty::Float),
+                _ => self.unknown_name(at, name, span),
+            };
         };
         self.names.used.extend(name_of(item).map(|name| name.span));
         self.item(scope, item, name, span)
@@ -162,7 +165,7 @@ impl<'a> Checker<'a> {
                     "write a large number, such as `1e300`, or leave the argument out",
                 );
             }
-            "pi" | "PI" => return known("there is no `pi`", "write `let pi = 3.141592653589793`"),
+            "PI" => return known("there is no `PI`", "write `pi`"),
             _ => {}
         }
         if let Some((message, help)) = foreign(name) {
@@ -197,10 +200,9 @@ impl<'a> Checker<'a> {
                 self.expr(&inner, value)
             }
             ItemKind::Published { path, .. } => self.published(&inner, scope, path, None),
-            ItemKind::Let { .. } => {
-                let message = format!("`{name}` is a function");
-                let fault = Diagnostic::new(Code::Kind, span, message, "called without arguments");
-                self.fault(fault.help(format!("write `{name}(...)`")))
+            ItemKind::Let { params: Some(params), value, .. } => {
+                let place = (inner.address, span);
+                self.function_itself((scope, declared), params, value, place)
             }
             ItemKind::Experiment { .. } => {
                 let message = format!("`{name}` is an experiment");

@@ -102,7 +102,11 @@ impl Checker<'_> {
                 has
             }
             Desc::Widen(inner, _) => self.has_part(inner, fields, wanted),
-            Desc::Held(..) | Desc::Binary(..) => false,
+            Desc::Held(..)
+            | Desc::Binary(..)
+            | Desc::Maths(..)
+            | Desc::Input(_)
+            | Desc::Function(..) => false,
         }
     }
 }

@@ -25,6 +25,7 @@ mod labels;
 mod library;
 mod lint;
 mod lookup;
+mod maths;
 mod meant;
 mod meet;
 mod member;

@@ -65,11 +65,22 @@ impl<'a> Checker<'a> {
             descs.values().flat_map(Desc::axes).chain(members).collect();
         let mut everything = axes.clone();
         let mut ports = Vec::new();
+        // The axes that the first port of several gathers which the axis arguments name.
+        let mut along: Option<Vec<AxisId>> = None;
         for feed in &fed {
             let mut feeds = Vec::new();
             for (id, feed_span, name) in &feed.exprs {
                 let Some(gathered) = self.gathered(feed.port, *id, &taken, *feed_span) else {
                     return Val::Poison;
+                };
+                let gathered = match &mut along {
+                    _ if feed.port.gather != Gather::Named => gathered,
+                    None => along.insert(gathered).clone(),
+                    // What is seen beside something else has a place wherever that has one.
+                    Some(along) if gathered.iter().all(|axis| along.contains(axis)) => {
+                        along.clone()
+                    }
+                    Some(_) => gathered,
                 };
                 let own = self.program.expr(*id).axes.clone();
                 everything.extend(&own);
@@ -347,16 +358,17 @@ impl<'a> Checker<'a> {
         };
         match dims {
             Dims::Fixed(dims) => dims.iter().map(ToString::to_string).collect(),
-            Dims::Union => {
+            Dims::Union { add } => {
                 let mut all: Vec<String> = Vec::new();
                 for feed in fed {
                     all.extend(
                         of_port(feed.name)
                             .into_iter()
-                            .filter(|dim| !all.contains(dim))
+                            .filter(|dim| !all.contains(dim) && !taken.contains(&dim.as_str()))
                             .collect::<Vec<_>>(),
                     );
                 }
+                all.extend(add.iter().map(ToString::to_string));
                 all
             }
             Dims::Reduced { port, add } => {

@@ -58,6 +58,11 @@ pub(super) fn fit(expected: &Ty, found: &Ty) -> Fit {
                 _ => Fit::Widened,
             })
         }
+        (Ty::Function(expected), Ty::Function(found)) if expected != found => {
+            let one = expected.len() == 1 && found.len() == 1;
+            let known = found.iter().all(|name| expected.contains(name));
+            if one || known { Fit::Widened } else { Fit::No }
+        }
         _ if expected == found => Fit::Same,
         _ => Fit::No,
     }
@@ -131,6 +136,8 @@ pub(super) fn fold(desc: Desc) -> Desc {
         Desc::Binary(op, left, right) => {
             Desc::Binary(op, Box::new(fold(*left)), Box::new(fold(*right)))
         }
+        Desc::Maths(maths, of) => Desc::Maths(maths, of.into_iter().map(fold).collect()),
+        Desc::Function(inputs, body) => Desc::Function(inputs, Box::new(fold(*body))),
         Desc::Widen(inner, ty) => Desc::Widen(Box::new(fold(*inner)), ty),
         Desc::Field(record, name) => match fold(*record) {
             Desc::Part(part, mut args) if part.is_empty() => {
@@ -142,15 +149,16 @@ pub(super) fn fold(desc: Desc) -> Desc {
             }
             record => Desc::Field(Box::new(record), name),
         },
-        plain @ (Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..)) => plain,
+        plain @ (Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..) | Desc::Input(_)) => plain,
     };
     let constant = |desc: &Desc| matches!(desc, Desc::Lit(_));
     let whole = match &desc {
-        Desc::List(items) => items.iter().all(constant),
+        Desc::List(items) | Desc::Maths(_, items) => items.iter().all(constant),
+        Desc::Function(_, body) => body.axes().is_empty(),
         Desc::Part(_, args) => args.values().all(constant),
         Desc::Binary(_, left, right) => constant(left) && constant(right),
         Desc::Widen(inner, _) | Desc::Field(inner, _) => constant(inner),
-        Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..) | Desc::Match(..) => false,
+        Desc::Lit(_) | Desc::Axis(_) | Desc::Held(..) | Desc::Match(..) | Desc::Input(_) => false,
     };
     match whole.then(|| desc.eval(&[], &Place::new())) {
         Some(Ok(lit)) => Desc::Lit(lit),

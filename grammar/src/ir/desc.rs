@@ -3,11 +3,10 @@
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-use ivx_op::{Args, ByName, Held, Lit, Part, Ty};
+use ivx_op::{Args, ByName, Formula, Held, Lit, Maths, Node, Part, Ty};
 
-use super::{Axis, AxisId, Place};
+use super::{Axis, AxisId, Place, number};
 use crate::ast::BinaryOp;
-use crate::literal::inexact;
 
 /// A description that may vary over axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +27,12 @@ pub enum Desc {
     Held(usize, BTreeSet<AxisId>),
     /// Arithmetic, or a comparison.
     Binary(BinaryOp, Box<Desc>, Box<Desc>),
+    /// A function of numbers, or of lists of them item by item.
+    Maths(Maths, Vec<Desc>),
+    /// What the function around it is given, by place.
+    Input(usize),
+    /// A function of numbers: the names of what it is given, and what it makes of that.
+    Function(Vec<String>, Box<Desc>),
     /// Whole numbers widened to reals, wherever the type has reals.
     Widen(Box<Desc>, Ty),
 }
@@ -49,8 +54,8 @@ impl Desc {
     pub fn visit(&self, see: &mut impl FnMut(&Self)) {
         see(self);
         match self {
-            Self::Lit(_) | Self::Axis(_) | Self::Held(..) => {}
-            Self::List(items) | Self::Match(_, items) => {
+            Self::Lit(_) | Self::Axis(_) | Self::Held(..) | Self::Input(_) => {}
+            Self::List(items) | Self::Match(_, items) | Self::Maths(_, items) => {
                 for item in items {
                     item.visit(see);
                 }
@@ -60,7 +65,9 @@ impl Desc {
                 left.visit(see);
                 right.visit(see);
             }
-            Self::Widen(inner, _) | Self::Field(inner, _) => inner.visit(see),
+            Self::Widen(inner, _) | Self::Field(inner, _) | Self::Function(_, inner) => {
+                inner.visit(see)
+            }
         }
     }
 
@@ -76,7 +83,9 @@ impl Desc {
     #[must_use]
     pub fn computes(&self) -> bool {
         let mut computes = false;
-        self.visit(&mut |desc| computes |= matches!(desc, Self::Binary(..)));
+        self.visit(&mut |desc| {
+            computes |= matches!(desc, Self::Binary(..) | Self::Maths(..) | Self::Input(_));
+        });
         computes
     }
 
@@ -96,7 +105,7 @@ impl Desc {
             return changed;
         }
         match self {
-            Self::Lit(_) | Self::Axis(_) | Self::Held(..) => self.clone(),
+            Self::Lit(_) | Self::Axis(_) | Self::Held(..) | Self::Input(_) => self.clone(),
             Self::List(items) => Self::List(items.iter().map(|i| i.change(change)).collect()),
             Self::Match(axis, arms) => {
                 Self::Match(*axis, arms.iter().map(|arm| arm.change(change)).collect())
@@ -110,6 +119,12 @@ impl Desc {
                 let (left, right) = (left.change(change), right.change(change));
                 Self::Binary(*op, Box::new(left), Box::new(right))
             }
+            Self::Maths(maths, of) => {
+                Self::Maths(*maths, of.iter().map(|item| item.change(change)).collect())
+            }
+            Self::Function(inputs, body) => {
+                Self::Function(inputs.clone(), Box::new(body.change(change)))
+            }
             Self::Widen(inner, ty) => Self::Widen(Box::new(inner.change(change)), ty.clone()),
         }
     }
@@ -117,7 +132,8 @@ impl Desc {
     /// What it is at a place that names a coordinate for each of its axes.
     ///
     /// # Errors
-    /// If arithmetic has no result: division by zero or overflow.
+    /// If arithmetic has no result, by division by zero, overflow or lists of unequal length; or if it is what a
+    /// function is given.
     ///
     /// What a part holds becomes its slot in [`Spec::held`].
     ///
@@ -147,10 +163,74 @@ impl Desc {
                 Lit::Bool(compare(*op, &left.eval(axes, place)?, &right.eval(axes, place)?))
             }
             Self::Binary(op, left, right) => {
-                arithmetic(*op, &left.eval(axes, place)?, &right.eval(axes, place)?)?
+                let of = [left.eval(axes, place)?, right.eval(axes, place)?];
+                number::each(&of, &|of| number::arithmetic(*op, of[0], of[1]))?
+            }
+            Self::Maths(maths, of) => {
+                let of =
+                    of.iter().map(|item| item.eval(axes, place)).collect::<Result<Vec<_>, _>>()?;
+                number::maths(*maths, &of)?
+            }
+            Self::Input(_) => {
+                return Err("what a function is given is known when it is called".to_owned());
+            }
+            Self::Function(inputs, body) => {
+                let (inputs, body) = (inputs.clone(), body.node(axes, place)?);
+                Lit::Function(Formula { inputs, body }.into())
             }
             Self::Widen(inner, ty) => widen(inner.eval(axes, place)?, ty),
         })
+    }
+}
+
+impl Desc {
+    /// What a function makes of what it is given, at a place.
+    fn node(&self, axes: &[Axis], place: &Place) -> Result<Node, String> {
+        let node = |desc: &Self| desc.node(axes, place);
+        Ok(match self {
+            Self::Input(i) => Node::Input(*i),
+            Self::Widen(inner, _) if inner.is_given() => node(inner)?,
+            Self::Match(axis, arms) => node(&arms[place[axis]])?,
+            Self::Maths(maths, of) if self.is_given() => {
+                Node::Of(*maths, of.iter().map(node).collect::<Result<_, _>>()?)
+            }
+            Self::Binary(op, left, right) if self.is_given() => {
+                let (left, right) = (node(left)?, node(right)?);
+                match op {
+                    BinaryOp::Add => Node::Of(Maths::Add, vec![left, right]),
+                    BinaryOp::Sub => Node::Of(Maths::Sub, vec![left, right]),
+                    BinaryOp::Mul => Node::Of(Maths::Mul, vec![left, right]),
+                    BinaryOp::Div => Node::Of(Maths::Div, vec![left, right]),
+                    BinaryOp::Less => Node::Of(Maths::Less, vec![left, right]),
+                    BinaryOp::AtMost => Node::Of(Maths::AtMost, vec![left, right]),
+                    BinaryOp::Greater => Node::Of(Maths::Less, vec![right, left]),
+                    BinaryOp::AtLeast => Node::Of(Maths::AtMost, vec![right, left]),
+                    BinaryOp::Equal => Node::Of(Maths::Equal, vec![left, right]),
+                    BinaryOp::Unequal => {
+                        let equal = Node::Of(Maths::Equal, vec![left, right]);
+                        Node::Of(Maths::Sub, vec![Node::Number(1.0), equal])
+                    }
+                }
+            }
+            known => match known.eval(axes, place)? {
+                Lit::Bool(holds) => Node::Number(f64::from(u8::from(holds))),
+                lit => match (number::inexact(&lit), lit.as_f64()) {
+                    (None, Some(x)) => Node::Number(x),
+                    _ => {
+                        return Err(format!(
+                            "{lit} is no number, which is all that a function makes"
+                        ));
+                    }
+                },
+            },
+        })
+    }
+
+    /// Whether there is something in it that a function is given.
+    fn is_given(&self) -> bool {
+        let mut given = false;
+        self.visit(&mut |desc| given |= matches!(desc, Self::Input(_)));
+        given
     }
 }
 
@@ -190,6 +270,9 @@ pub fn widen(value: Lit, ty: &Ty) -> Lit {
             });
             Lit::Part(Part { name: record.name, args: args.collect() })
         }
+        (Lit::Function(formula), Ty::Function(inputs)) => formula
+            .given(inputs)
+            .map_or(Lit::Function(formula), |given| Lit::Function(given.into())),
         (value, _) => value,
     }
 }
@@ -211,35 +294,6 @@ fn compare(op: BinaryOp, left: &Lit, right: &Lit) -> bool {
     }
 }
 
-fn arithmetic(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
-    if let (Lit::Int(a), Lit::Int(b)) = (left, right) {
-        let whole = match op {
-            BinaryOp::Add => a.checked_add(*b),
-            BinaryOp::Sub => a.checked_sub(*b),
-            BinaryOp::Mul => a.checked_mul(*b),
-            _ => return real(op, left, right),
-        };
-        return whole.map(Lit::Int).ok_or_else(|| format!("{a} {} {b} overflows", op.symbol()));
-    }
-    real(op, left, right)
-}
-
-fn real(op: BinaryOp, left: &Lit, right: &Lit) -> Result<Lit, String> {
-    if let Some(n) = inexact(left).or_else(|| inexact(right)) {
-        return Err(format!("no Float is {n}, which would be rounded"));
-    }
-    let (a, b) = (left.as_f64().expect("a number"), right.as_f64().expect("a number"));
-    let value = match op {
-        BinaryOp::Add => a + b,
-        BinaryOp::Sub => a - b,
-        BinaryOp::Mul => a * b,
-        BinaryOp::Div => a / b,
-        other => unreachable!("`{}` is no arithmetic", other.symbol()),
-    };
-    let finite = value.is_finite().then_some(Lit::Real(value));
-    finite.ok_or_else(|| format!("{left} {} {right} is not finite", op.symbol()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{AxisRole, Coord};
@@ -259,14 +313,5 @@ mod tests {
             .change(&mut |desc| matches!(desc, Desc::Axis(_)).then_some(Desc::Lit(Lit::Int(2))));
         assert!(picked.axes().is_empty());
         assert_eq!(picked.eval(&axes, &Place::new()), Ok(Lit::List(vec![Lit::Real(6.0)])));
-    }
-
-    #[test]
-    fn arithmetic_without_a_result_is_an_error() {
-        let check = |op, a: Lit, b: Lit| arithmetic(op, &a, &b);
-        assert_eq!(check(BinaryOp::Sub, 6.into(), 8.into()), Ok(Lit::Int(-2)));
-        assert_eq!(check(BinaryOp::Div, 1.into(), 4.into()), Ok(Lit::Real(0.25)));
-        assert!(check(BinaryOp::Div, 1.into(), 0.into()).is_err());
-        assert!(check(BinaryOp::Mul, i64::MAX.into(), 2.into()).is_err());
     }
 }

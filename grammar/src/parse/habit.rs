@@ -180,11 +180,11 @@ pub(super) fn within(text: &str, start: usize, place: usize, open: Option<usize>
         "|" => return foreign("lambda").map(|(m, h)| Habit::new(here, m, h)),
         "*" if prev == "*" && before.1 == place => {
             let base = power(text, &tokens[..tokens.len() - 1]);
-            return habit((before.0, end), "there is no `**`", &format!("write `{base} * {base}`"));
+            return habit((before.0, end), "there is no `**`", &format!("write `pow({base}, 2)`"));
         }
         "^" => {
             let base = power(text, &tokens);
-            return habit(here, "there is no `^`", &format!("write `{base} * {base}`"));
+            return habit(here, "there is no `^`", &format!("write `pow({base}, 2)`"));
         }
         "%" if prev.starts_with(|c: char| c.is_ascii_digit()) => {
             let share = prev.replace('_', "").parse::<f64>().unwrap_or(5.0) / 100.0;

@@ -30,6 +30,8 @@ pub enum Ty {
     List(Box<Ty>),
     /// A part of a family, such as `Ke`.
     Part(String),
+    /// A function of numbers, with the names of what it is given.
+    Function(Vec<String>),
     /// A record, with the types of its fields by name.
     Record(BTreeMap<String, Ty>),
 }
@@ -46,6 +48,7 @@ impl fmt::Display for Ty {
             Self::External(kind) => write!(f, "{kind}"),
             Self::List(item) => write!(f, "List<{item}>"),
             Self::Part(family) => f.write_str(family),
+            Self::Function(inputs) => write!(f, "Function<{}>", inputs.join(", ")),
             Self::Record(fields) => {
                 f.write_str("(")?;
                 for (i, (name, ty)) in fields.iter().enumerate() {
@@ -118,8 +121,11 @@ pub struct FieldDecl {
 pub enum Dims {
     /// These.
     Fixed(&'static [&'static str]),
-    /// Those of every pointwise array argument together.
-    Union,
+    /// Those of every array argument together, without what the axis arguments name, and with these.
+    Union {
+        /// Dimensions that take the place of those taken away.
+        add: &'static [&'static str],
+    },
     /// Those of one argument, without what the axis arguments name, and with these.
     Reduced {
         /// The argument.
@@ -312,7 +318,7 @@ impl fmt::Display for OutDecl {
         match self.dims {
             Dims::Fixed([]) => Ok(()),
             Dims::Fixed(dims) => write!(f, "[{}]", dims.join(", ")),
-            Dims::Union => f.write_str("[..]"),
+            Dims::Union { .. } => f.write_str("[..]"),
             Dims::Reduced { port, add: [] } => write!(f, "[those of {port} but over]"),
             Dims::Reduced { add, .. } => write!(f, "[.., {}]", add.join(", ")),
         }

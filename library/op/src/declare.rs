@@ -30,8 +30,8 @@
 /// do not go together. Behind that, `shapes name;` names a [`ShapeRule`](crate::ShapeRule) of an operation:
 /// a function that says which shapes its result has, for the rules of what takes it.
 ///
-/// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all pointwise
-/// arrays, `[reduce port]` without the named axes, `[reduce port to rank]`.
+/// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all arrays without the
+/// named axes, `[union to rank]`, `[reduce port]` without the named axes, `[reduce port to rank]`.
 #[macro_export]
 macro_rules! declare {
     (
@@ -95,7 +95,8 @@ macro_rules! declare {
     (@dims reduce $port:ident to $add:ident) => {
         $crate::Dims::Reduced { port: stringify!($port), add: &[stringify!($add)] }
     };
-    (@dims union) => { $crate::Dims::Union };
+    (@dims union) => { $crate::Dims::Union { add: &[] } };
+    (@dims union to $add:ident) => { $crate::Dims::Union { add: &[stringify!($add)] } };
     (@dims $($dim:ident),+) => { $crate::Dims::Fixed(&[$(stringify!($dim)),+]) };
 }
 

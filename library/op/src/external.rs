@@ -227,7 +227,7 @@ fn is_plain(lit: &Lit) -> bool {
         Lit::Bool(_) | Lit::Int(_) | Lit::Real(_) | Lit::Text(_) => true,
         Lit::List(items) => items.iter().all(is_plain),
         Lit::Part(part) => part.name.is_empty() && part.args.values().all(is_plain),
-        Lit::Held(_) | Lit::External(_) => false,
+        Lit::Held(_) | Lit::External(_) | Lit::Function(_) => false,
     }
 }
 

@@ -11,8 +11,10 @@ mod decl;
 mod declare;
 pub mod escape;
 mod external;
+mod function;
 mod holm;
 mod lit;
+mod maths;
 mod needs;
 mod published;
 mod record;
@@ -38,8 +40,10 @@ pub use declare::field_name;
 pub use external::{
     Content, External, ExternalKind, Fields, File, Foreign, Program, Variable, Word,
 };
+pub use function::{Formula, Function, Inputs, Node, Number};
 pub use holm::holm;
 pub use lit::{Args, Held, Lit, Part};
+pub use maths::Maths;
 pub use needs::Needs;
 pub use published::{Published, exact, is_rounded, read_published, too_large, vanishes};
 pub use record::{AnyArtifact, AnyRecord};

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::{ByName, External, Gathered, Shapes};
+use crate::{ByName, External, Formula, Gathered, Shapes};
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,8 @@ pub enum Lit {
     Held(Held),
     /// Something outside the spec.
     External(Arc<External>),
+    /// A function of numbers.
+    Function(Arc<Formula>),
 }
 
 /// An artifact inside a part.
@@ -118,6 +120,7 @@ impl fmt::Display for Lit {
             Self::Part(part) => write!(f, "{part}"),
             Self::Held(_) => f.write_str("something computed"),
             Self::External(found) => write!(f, "{found}"),
+            Self::Function(formula) => write!(f, "{formula}"),
         }
     }
 }

@@ -3,7 +3,9 @@
 mod accuracy;
 mod arithmetic;
 mod broadcast;
+mod choice;
 mod claim;
+mod elementwise;
 mod equivalent;
 mod field;
 mod gap;
@@ -28,7 +30,12 @@ use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
 pub use accuracy::Accuracy;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
+pub use choice::{ArgmaxOver, ArgminOver, Highest, Lowest};
 pub use claim::Claim;
+pub use elementwise::{
+    Abs, Ceil, Clip, Cos, Exp, Floor, Log, Maximum, Minimum, Pow, Round, Sign, Sin, Sqrt, Tanh,
+    Where,
+};
 pub use equivalent::Equivalent;
 pub use field::Field;
 pub use gap::{Hallucination, Regret};
@@ -69,6 +76,10 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Improvement>()
         .op::<JensenShannon>()
         .op::<Sort>()
+        .op::<ArgminOver>()
+        .op::<ArgmaxOver>()
+        .op::<Lowest>()
+        .op::<Highest>()
         .op::<Add>()
         .op::<Sub>()
         .op::<Mul>()
@@ -80,6 +91,22 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<AtLeast>()
         .op::<Equal>()
         .op::<Unequal>()
+        .op::<Abs>()
+        .op::<Ceil>()
+        .op::<Clip>()
+        .op::<Cos>()
+        .op::<Exp>()
+        .op::<Floor>()
+        .op::<Log>()
+        .op::<Maximum>()
+        .op::<Minimum>()
+        .op::<Pow>()
+        .op::<Round>()
+        .op::<Sign>()
+        .op::<Sin>()
+        .op::<Sqrt>()
+        .op::<Tanh>()
+        .op::<Where>()
         .op::<Select>()
         .op::<SelectRange>()
         .op::<Field>()

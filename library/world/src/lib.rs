@@ -16,8 +16,10 @@ mod intervals;
 mod lanes;
 mod lottery;
 mod luck;
+mod mapped;
 mod minatar;
 mod observe;
+mod reward;
 mod reward_at;
 mod sample;
 mod sinusoids;
@@ -52,8 +54,10 @@ pub use ivx_data::{Act, Actions, End};
 pub use lanes::{Acts, Finished, Lanes, Step};
 pub use lottery::Discrete;
 pub use luck::Luck;
+pub use mapped::Mapped;
 pub use minatar::{Minatar, Play};
 pub use observe::Observe;
+pub use reward::Own;
 pub use reward_at::RewardAt;
 pub use sample::Sample;
 pub use sinusoids::Sinusoids;
@@ -167,9 +171,9 @@ tables! {
     lotteries: Lottery = "Lottery" { Discrete }
     beliefs: Belief = "Belief" { BeliefOver }
     problems: Problem = "Problem" { Boxes }
-    rewards: Reward = "Reward" { Sinusoids }
+    rewards: Reward = "Reward" { Own, Sinusoids }
     regions: Region = "Region" { Interval, Intervals }
-    places: Points = "Points" { Grid, Grids }
+    places: Points = "Points" { Grid, Grids, Mapped }
     tasks: Task = "Task" { Copying, Glyphs }
     pub envs: Env = "Env" {
         Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, GoalWorld, GridMap, Gridworld, Minatar, MountainCar,

@@ -82,7 +82,7 @@ pub(crate) fn foreign(word: &str) -> Option<(&'static str, &'static str)> {
     Some(match word {
         "if" | "when" | "unless" | "switch" | "case" | "cond" | "ifelse" => (
             "there is no `if`",
-            "choose along an axis: `match method { \"a\": 1, \"b\": 2 }`; sizes are set by a `profile`",
+            "write `where(condition, a, b)`, or choose along an axis: `match method { \"a\": 1, \"b\": 2 }`",
         ),
         "not" => ("there is no `not`", "turn the comparison round: `a >= b` for not `a < b`"),
         "lambda" | "fn" | "function" | "func" | "def" => {
