@@ -42,8 +42,8 @@ pub use copy::Copying;
 pub use env::{Env, Row, Spec, World};
 pub use examples::Examples;
 pub use finite::{
-    Chain, ComputedMdp, Finite, GoalWorld, GridMap, Gridworld, Mdp, Numbers, Paid, Transitions,
-    WrittenMdp, mdp, of_is_finite, policy, world_is_finite,
+    Chain, ComputedMdp, Finite, GoalWorld, GridMap, Gridworld, Mdp, Numbers, Paid, Rewarded, Taken,
+    Transitions, WrittenMdp, mdp, of_is_finite, policy, world_is_finite,
 };
 pub use glyphs::Glyphs;
 pub use grid::Grid;
@@ -148,7 +148,7 @@ pub fn pays_something(world: &dyn Env) -> Result<(), Wrong> {
                   to learn"
             .to_owned(),
         help: "use one that pays, such as `goal_world()`, `chain()` or a `grid_map([..])` with a `G`; \
-               with rewards of your own it is `mdp_of(transitions: transitions(of: ..), rewards: ..)`"
+               with a function of your own, `rewarded(.., by: f)` pays"
             .to_owned(),
     })
 }
@@ -177,7 +177,7 @@ tables! {
     tasks: Task = "Task" { Copying, Glyphs }
     pub envs: Env = "Env" {
         Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, GoalWorld, GridMap, Gridworld, Minatar, MountainCar,
-        MountainCarContinuous, Pendulum, WrittenMdp
+        MountainCarContinuous, Pendulum, Rewarded, WrittenMdp
     }
 }
 

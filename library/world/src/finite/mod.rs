@@ -6,6 +6,7 @@ mod goal_world;
 mod grid_map;
 mod gridworld;
 mod mdp;
+mod rewarded;
 
 use std::fmt::Debug;
 
@@ -18,6 +19,7 @@ pub use goal_world::GoalWorld;
 pub use grid_map::GridMap;
 pub use gridworld::Gridworld;
 pub use mdp::{Mdp, Paid, Transitions, policy};
+pub use rewarded::{Rewarded, Taken};
 
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
