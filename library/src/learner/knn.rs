@@ -57,6 +57,23 @@ mod tests {
         assert_eq!(at(4).unwrap_err().to_string(), "there are 3 data, and `k` is 4");
     }
 
+    /// The nearest of a wave are closer to it than its mean by far, and one by one they follow its noise.
+    #[test]
+    fn neighbours_follow_a_wave() {
+        let wave = |x: f64| (6.0 * x).sin();
+        let x: Vec<f64> = (0..200).map(|i| f64::from(i) / 200.0).collect();
+        let noisy =
+            x.iter().enumerate().map(|(i, x)| wave(*x) + if i % 2 == 0 { 0.2 } else { -0.2 });
+        let data = Dataset::pairs(x.clone(), noisy.collect());
+        let rmse = |k| {
+            let model = Knn { k }.train(&data, 0, &CTX).unwrap();
+            let errors = model.predict(&x).into_iter().zip(&x).map(|(y, x)| (y - wave(*x)).powi(2));
+            ivx_math::moments::mean(&errors.collect::<Vec<f64>>()).sqrt()
+        };
+        let (one, some, all) = (rmse(1), rmse(8), rmse(200));
+        assert!(some < 0.5 * one && some < 0.2 * all, "{one}, {some} and {all}");
+    }
+
     #[test]
     fn classes_have_shares() {
         let form = Form { input: vec![2], target: vec![], classes: Some(3) };
