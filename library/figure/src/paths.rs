@@ -2,7 +2,7 @@
 
 use ivx_data::{Episode, Rollouts, Walks};
 use ivx_op::{Ctx, Figure, One, Op, OpError, declare, shown};
-use ivx_world::{Env, Finite, Mdp, world_is_finite};
+use ivx_world::{Env, Finite, Mdp, Paid, world_is_finite};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Stroke, Tint};
 use super::page::count;
@@ -10,7 +10,8 @@ use super::render::render;
 
 declare! {
     /// Episodes as paths over the cells of a world (Figure 2.6a), from a circle to an arrow. Cells that end an
-    /// episode are coloured, and say what coming there pays.
+    /// episode, and those of a map that pay otherwise than most, are coloured and say what coming there pays; walls are
+    /// black.
     pub struct Paths = "paths" @ 1 -> Figure {
         /// The episodes.
         of: One<Rollouts>;
@@ -39,7 +40,16 @@ impl Op for Paths {
         fits(&walks, &mdp, columns)?;
         let rows = n.div_ceil(columns);
         let place = |s: usize| (count(s % columns), count(rows - 1 - s / columns));
-        let cells = (0..n).flat_map(|s| cell(&mdp, s, place(s), columns <= ROOM)).collect();
+        let is_wall = |s| self.r#in.finite().is_some_and(|finite| finite.is_wall(s));
+        let usual = usual(&mdp, is_wall);
+        let cells = (0..n).flat_map(|s| {
+            if is_wall(s) {
+                wall(place(s))
+            } else {
+                cell(&mdp, s, usual, place(s), columns <= ROOM)
+            }
+        });
+        let cells = cells.collect();
         let mut series = vec![Series { marks: cells, ..Series::default() }];
         let shown = walks.episodes.iter().take(self.episodes).enumerate();
         series.extend(shown.map(|(i, episode)| path(episode, apart(i), place)));
@@ -82,18 +92,39 @@ fn apart(i: usize) -> f64 {
     [0.0, 0.12, -0.12, 0.24, -0.24, 0.36, -0.36][i % 7]
 }
 
-/// A cell, and what it pays: in its lower corner where there is room.
-fn cell(mdp: &Mdp, state: usize, at: (f64, f64), has_room: bool) -> Vec<Mark> {
-    let pays = mdp.terminal[state].then(|| entered(mdp, state)).flatten();
+/// What coming to most cells pays that end no episode, where it is said of each.
+fn usual(mdp: &Mdp, is_wall: impl Fn(usize) -> bool) -> Option<f64> {
+    let Paid::Coming(pays) = &mdp.paid else { return None };
+    let open = (0..pays.len()).filter(|s| !mdp.terminal[*s] && !is_wall(*s)).map(|s| pays[s]);
+    let mut open: Vec<f64> = open.collect();
+    open.sort_by(f64::total_cmp);
+    open.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map(|same| same[0])
+}
+
+/// A cell that nobody comes to.
+fn wall(at: (f64, f64)) -> Vec<Mark> {
+    let (size, form, text) = ((1.0, 1.0), Form::Rectangle, String::new());
+    vec![Mark::Shape { at, size, form, tint: Tint::Black, text }]
+}
+
+/// A cell, and what it pays, if that is not the usual: in its lower corner where there is room.
+fn cell(mdp: &Mdp, state: usize, usual: Option<f64>, at: (f64, f64), has_room: bool) -> Vec<Mark> {
+    let pays = match &mdp.paid {
+        Paid::Coming(pays) => Some(pays[state]).filter(|pays| Some(*pays) != usual),
+        _ => mdp.terminal[state].then(|| entered(mdp, state)).flatten(),
+    };
     let tint = match (mdp.terminal[state], pays) {
-        (true, Some(pays)) if pays != 0.0 => Tint::of(pays),
+        (_, Some(pays)) if pays != 0.0 => Tint::of(pays),
         (true, _) => Tint::Grey,
         (false, _) => Tint::White,
     };
     let (size, form, text) = ((1.0, 1.0), Form::Rectangle, String::new());
     let mut marks = vec![Mark::Shape { at, size, form, tint, text }];
     let pays = pays.map(|pays| shown(pays).replace('-', "−"));
-    let corner = if has_room { (at.0 + 0.3, at.1 - 0.45) } else { (at.0, at.1 - 0.4) };
+    // A longer number begins further left, and ends where a shorter one does.
+    let long = pays.as_ref().map_or(0, |text| text.chars().count().saturating_sub(2));
+    let left = 0.3 - 0.06 * count(long.min(5));
+    let corner = if has_room { (at.0 + left, at.1 - 0.45) } else { (at.0, at.1 - 0.4) };
     marks.extend(pays.map(|pays| Mark::Text(corner.0, corner.1, pays)));
     marks
 }

@@ -57,7 +57,8 @@ impl Op for TransitionGraph {
         let rows = n.div_ceil(columns);
         let place = |s: usize| (APART * count(s % columns), APART * count(rows - 1 - s / columns));
         let mut marks = Vec::new();
-        for s in 0..n {
+        let is_wall = |s: &usize| self.of.finite().is_some_and(|finite| finite.is_wall(*s));
+        for s in (0..n).filter(|s| !is_wall(s)) {
             if !mdp.terminal[s] {
                 (0..mdp.n_actions()).for_each(|a| marks.extend(action(&mdp, (s, a), place)));
             }

@@ -1,4 +1,4 @@
-//! Neural networks; the only place that names dfdx.
+//! Neural networks, and the other functions that are learned; the only place that names dfdx.
 
 #![expect(
     clippy::inline_always,
@@ -10,6 +10,7 @@ mod clip;
 mod curve;
 mod descend;
 mod fit;
+mod function;
 mod graph;
 mod live;
 mod loss;
@@ -35,13 +36,14 @@ pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
 pub use descend::{Descent, Rule, Turns, descend};
 pub use fit::{Training, fit};
+pub use function::{Fitted, Forest, Function, Mixture, Neighbours};
 pub use graph::{Graph, Shape, Var};
 pub use live::Live;
 pub use loss::{Loss, Squared};
 pub use model::{Head, Model, NetModel, PRIOR};
 pub use module::{ArrayOf, Mode, Module, Start};
 pub use net::{Mlp, Net, headed};
-pub use network::{check, init, predict};
+pub use network::{check, init, predict, stds};
 pub use networks::{Named, Networks, joined};
 pub use ops::{BatchNorm, Cell, Proximal, Proximity, Steps, Window};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};

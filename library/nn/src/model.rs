@@ -4,10 +4,12 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use ivx_data::{Form, form};
+use ivx_math::policy::boltzmann;
 use ivx_math::polynomial::polynomial;
 use ivx_op::{Artifact, Data, OpError, Tensors};
 use serde::{Deserialize, Serialize};
 
+use crate::function::{Fitted, read};
 use crate::{Module, Named, Networks};
 
 /// A learned function.
@@ -17,6 +19,8 @@ pub enum Model {
     Polynomial(Vec<f64>),
     /// A neural network.
     Net(NetModel),
+    /// Anything else.
+    Fitted(Fitted),
 }
 
 /// A neural network as plain named arrays, with what is needed to run it.
@@ -82,6 +86,7 @@ pub enum Head {
 enum Facts {
     Polynomial,
     Net { module: Module, form: Form, head: Head, prior_scale: f64 },
+    Fitted { kind: String, form: Form },
 }
 
 impl Model {
@@ -91,6 +96,7 @@ impl Model {
         match self {
             Self::Polynomial(_) => Cow::Owned(Form::default()),
             Self::Net(net) => Cow::Borrowed(&net.form),
+            Self::Fitted(fitted) => Cow::Borrowed(&fitted.form),
         }
     }
 
@@ -112,7 +118,42 @@ impl Model {
         match self {
             Self::Polynomial(theta) => polynomial(theta, xs),
             Self::Net(net) => crate::predict(net, xs),
+            Self::Fitted(Fitted { form, function }) => function.predict(form, xs),
         }
+    }
+
+    /// The standard deviation of every target at `xs`; none of a model that says nothing of it.
+    ///
+    /// # Panics
+    /// As [`Model::predict`].
+    #[must_use]
+    pub fn stds(&self, xs: &[f64]) -> Option<Vec<f64>> {
+        match self {
+            Self::Polynomial(_) => None,
+            Self::Net(net) => crate::stds(net, xs),
+            Self::Fitted(Fitted { form, function }) => function.stds(form, xs),
+        }
+    }
+
+    /// The probability of each class at `xs`: `[targets, classes]`, row by row.
+    ///
+    /// # Panics
+    /// As [`Model::predict`]; or if it is a model of numbers.
+    #[must_use]
+    pub fn class_shares(&self, xs: &[f64]) -> Vec<f64> {
+        let form = self.form();
+        let n_classes = form.classes.expect("a model of classes");
+        let n_targets = xs.len() / form.input_len() * form.target_len();
+        let logits = self.predict(xs);
+        let rows = logits.chunks_exact((logits.len() / n_targets.max(1)).max(1));
+        let shares: Vec<f64> = rows
+            .flat_map(|row| match row {
+                [second] => boltzmann(&[0.0, *second], 1.0),
+                row => boltzmann(row, 1.0),
+            })
+            .collect();
+        assert_eq!(shares.len(), n_targets * n_classes, "a probability a class");
+        shares
     }
 }
 
@@ -135,6 +176,10 @@ impl Artifact for Model {
                 };
                 net.nets.tensors().encode(Self::KIND, &facts)
             }
+            Self::Fitted(Fitted { form, function }) => {
+                let facts = Facts::Fitted { kind: function.kind().to_owned(), form: form.clone() };
+                function.tensors().encode(Self::KIND, &facts)
+            }
         }
     }
 
@@ -146,6 +191,7 @@ impl Artifact for Model {
                 let arrays = Networks::of(BTreeMap::new(), tensors)?.arrays;
                 Some(Self::Net(NetModel::new(module, form, head, prior_scale, arrays)))
             }
+            Facts::Fitted { kind, form } => read(&kind, form, tensors).map(Self::Fitted),
         }
     }
 }

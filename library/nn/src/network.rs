@@ -41,18 +41,35 @@ pub fn init(
 /// If an array is missing, or the inputs are no whole number of items.
 #[must_use]
 pub fn predict(net: &NetModel, xs: &[f64]) -> Vec<f64> {
+    let outputs = all_outputs(net, xs);
+    if net.head == Head::Gaussian { halves(net, &outputs, 0) } else { outputs }
+}
+
+/// The standard deviation that a network puts out for every target; none if it puts out none.
+///
+/// # Panics
+/// As [`predict`].
+#[must_use]
+pub fn stds(net: &NetModel, xs: &[f64]) -> Option<Vec<f64>> {
+    let logs = (net.head == Head::Gaussian).then(|| halves(net, &all_outputs(net, xs), 1));
+    logs.map(|logs| logs.into_iter().map(f64::exp).collect())
+}
+
+/// The means of Gaussians, or what stands behind them.
+fn halves(net: &NetModel, outputs: &[f64], half: usize) -> Vec<f64> {
+    let width = net.form.target.last().copied().unwrap_or(1);
+    outputs.chunks_exact(2 * width).flat_map(|row| row[half * width..][..width].to_vec()).collect()
+}
+
+/// What a network puts out, with what its prior network adds.
+fn all_outputs(net: &NetModel, xs: &[f64]) -> Vec<f64> {
     let xs = singles(xs);
     let mut outputs = outputs(net, "", &xs);
     if net.prior_scale != 0.0 {
         let prior = self::outputs(net, PRIOR, &xs);
         outputs.iter_mut().zip(prior).for_each(|(y, prior)| *y += net.prior_scale * prior);
     }
-    if net.head == Head::Gaussian {
-        let width = net.form.target.last().copied().unwrap_or(1);
-        outputs.chunks_exact(2 * width).flat_map(|row| row[..width].to_vec()).collect()
-    } else {
-        outputs
-    }
+    outputs
 }
 
 /// What the network of a name puts out.

@@ -10,7 +10,7 @@ use ivx_op::{
     Args, Array, Ctx, Dim, Facts, Labels, Literal as _, Needs, Op, OpError, Parts, Shapes, State,
     Wrong, declare, family, record, shown,
 };
-use ivx_world::{Env, Lanes};
+use ivx_world::{Env, Lanes, pays_something};
 
 use super::agent::Agent;
 use super::evaluate::measure;
@@ -109,8 +109,11 @@ declare! {
 
 fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
     let env = facts.arg::<Box<dyn Env>>("in");
-    let spec = env.map(|env| env.spec().map_err(wrong("in"))).transpose()?;
+    let spec = env.as_ref().map(|env| env.spec().map_err(wrong("in"))).transpose()?;
     let (how, span) = (facts.arg::<Box<dyn Method>>("how"), facts.arg::<Box<dyn Span>>("for"));
+    if let (Some(env), Some(true)) = (&env, how.as_ref().map(|how| how.acts())) {
+        pays_something(&**env)?;
+    }
     if let (Some(spec), Some(how), Some(lanes)) = (spec, &how, facts.arg("lanes")) {
         how.fits(&Setting::of(&spec, lanes, span.as_deref())).map_err(wrong("how"))?;
     }

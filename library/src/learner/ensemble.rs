@@ -62,6 +62,10 @@ impl Learner for Ensemble {
     fn makes_networks(&self) -> bool {
         self.learner.makes_networks()
     }
+
+    fn says_std(&self) -> bool {
+        self.learner.says_std()
+    }
 }
 
 /// As many observations, drawn with replacement.
@@ -195,6 +199,22 @@ mod tests {
         let serial: Vec<_> = (0..4).map(|k| member(&part, k, 50).encode()).collect();
         assert_eq!(run(1), serial);
         assert_eq!(run(2), serial);
+    }
+
+    /// Members of learners that make no networks differ by their resamples, and by what they draw themselves.
+    #[test]
+    fn learners_of_vectors_have_members_too() {
+        for (name, draws) in [("ridge", false), ("knn", false), ("random_forest", true)] {
+            let learner = Part::new(name);
+            let of = |bootstrap: bool, random_init: bool, k| {
+                let part = Part::new("ensemble").with("learner", learner.clone());
+                let part = part.with("bootstrap", bootstrap).with("prior_network", false);
+                member(&part.with("random_init", random_init), k, 0)
+            };
+            assert_ne!(of(true, false, 0), of(true, false, 1), "{name}");
+            assert_eq!(of(false, false, 0), of(false, false, 1), "{name}");
+            assert_eq!(of(false, true, 0) != of(false, true, 1), draws, "{name}");
+        }
     }
 
     #[derive(Debug)]

@@ -2,8 +2,8 @@
 
 use ivx_data::Misfit;
 use ivx_data::{Dataset, Form};
+use ivx_nn::{Head, Model, NetModel, PRIOR};
 use ivx_nn::{Loss, Net, Optimiser, Training};
-use ivx_nn::{Model, NetModel, PRIOR};
 use ivx_op::{Ctx, OpError, Part, declare};
 
 use super::{Learner, Prior};
@@ -78,6 +78,10 @@ impl Learner for MapEstimate {
 
     fn makes_networks(&self) -> bool {
         true
+    }
+
+    fn says_std(&self) -> bool {
+        self.loss.head() == Head::Gaussian
     }
 }
 

@@ -1,13 +1,22 @@
 //! How models are learned from data.
 
+mod boosted_trees;
 mod ensemble;
 mod features;
 mod infer;
+mod knn;
 mod linear;
+mod logistic;
 mod map_estimate;
 mod mc_dropout;
+mod mixture;
 mod predict;
+mod predictions;
 mod prior;
+mod random_forest;
+mod ridge;
+pub(crate) mod spread;
+mod targets;
 mod train;
 
 use std::fmt::Debug;
@@ -18,17 +27,24 @@ use ivx_data::{Dataset, Form};
 use ivx_nn::Model;
 use ivx_op::{Ctx, OpError, Parts, Registry, family};
 
+pub use boosted_trees::BoostedTrees;
 pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
 pub use infer::{
     Infer, Inference, LinearBayes, LogEvidence, PosteriorDensity, PosteriorStd, PredictiveMean,
     PredictiveStd,
 };
+pub use knn::Knn;
 pub use linear::{LinearMap, LinearMle};
+pub use logistic::Logistic;
 pub use map_estimate::MapEstimate;
 pub use mc_dropout::McDropout;
-pub use predict::Predict;
+pub use mixture::Mixture;
+pub use predict::{Predict, PredictStd};
+pub use predictions::{ClassProbabilities, Predictions};
 pub use prior::{Laplace, Normal, Prior};
+pub use random_forest::RandomForest;
+pub use ridge::Ridge;
 pub use train::Train;
 
 /// Learns a model from data.
@@ -69,6 +85,11 @@ pub trait Learner: Debug + Send + Sync {
     fn makes_networks(&self) -> bool {
         false
     }
+
+    /// Whether its models say the standard deviation of each target.
+    fn says_std(&self) -> bool {
+        false
+    }
 }
 
 family!(dyn Learner, "Learner", learners);
@@ -80,6 +101,11 @@ fn learners() -> &'static Parts<dyn Learner> {
             .with(|learner: LinearMap| Box::new(learner))
             .with(|learner: MapEstimate| Box::new(learner))
             .with(|learner: Ensemble| Box::new(learner))
+            .with(|learner: Ridge| Box::new(learner))
+            .with(|learner: Logistic| Box::new(learner))
+            .with(|learner: Knn| Box::new(learner))
+            .with(|learner: RandomForest| Box::new(learner))
+            .with(|learner: BoostedTrees| Box::new(learner))
     });
     &TABLE
 }
@@ -93,7 +119,11 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .parts(infer::table())
         .op::<Train>()
         .op::<McDropout>()
+        .op::<Mixture>()
         .op::<Predict>()
+        .op::<PredictStd>()
+        .op::<Predictions>()
+        .op::<ClassProbabilities>()
         .op::<Infer>()
         .op::<PredictiveMean>()
         .op::<PredictiveStd>()

@@ -6,6 +6,7 @@ use ivx_nn::Model;
 use ivx_op::{Args, Ctx, Facts, Literal as _, Needs, One, Op, OpError, Shapes, Wrong, declare};
 
 use super::Learner;
+use super::spread::with_std;
 
 declare! {
     /// A model learned from data. An ensemble of learners gives an ensemble of models.
@@ -18,7 +19,13 @@ declare! {
         steps: u64 = 0, in 0.0.., unit "updates";
     }
     rule learns;
-    shapes form_of_data;
+    shapes of_model;
+}
+
+/// What the model is of, and whether it says a standard deviation.
+fn of_model(facts: &Facts<'_>) -> Option<Shapes> {
+    let learner = facts.arg::<Box<dyn Learner>>("learner");
+    Some(with_std(form_of_data(facts)?, learner.is_some_and(|learner| learner.says_std())))
 }
 
 /// The rule that `learner` learns from the data `on`.

@@ -1,6 +1,7 @@
 //! Our numbers beside numbers that other software computed.
 
 mod agents;
+mod baselines;
 mod bayes;
 mod bellman;
 mod claimed;

@@ -42,8 +42,8 @@ pub use copy::Copying;
 pub use env::{Env, Row, Spec, World};
 pub use examples::Examples;
 pub use finite::{
-    Chain, Finite, GoalWorld, Gridworld, Mdp, Transitions, mdp, of_is_finite, policy,
-    world_is_finite,
+    Chain, ComputedMdp, Finite, GoalWorld, GridMap, Gridworld, Mdp, Numbers, Paid, Rewarded, Taken,
+    Transitions, WrittenMdp, mdp, of_is_finite, policy, world_is_finite,
 };
 pub use glyphs::Glyphs;
 pub use grid::Grid;
@@ -131,18 +131,26 @@ pub trait Task: Debug + Send + Sync {
 /// If it is or does not.
 pub fn world_pays(facts: &Facts<'_>) -> Result<(), Wrong> {
     world_is_finite(facts)?;
-    match facts.arg::<Box<dyn Env>>("in") {
-        Some(world) if !world.pays() => Err(Wrong {
-            arg: "in",
-            message: "this world never pays, so that every value in it is 0 and there is nothing \
-                      to learn"
-                .to_owned(),
-            help: "use one that pays, such as `goal_world()` or `chain()`; rewards of your own go \
-                   with its `transitions(of: ..)` into `implicit_optimal_values(.., rewards: ..)`"
-                .to_owned(),
-        }),
-        _ => Ok(()),
+    facts.arg::<Box<dyn Env>>("in").map_or(Ok(()), |world| pays_something(&*world))
+}
+
+/// Whether the world `in` ever pays anything.
+///
+/// # Errors
+/// If not.
+pub fn pays_something(world: &dyn Env) -> Result<(), Wrong> {
+    if world.pays() {
+        return Ok(());
     }
+    Err(Wrong {
+        arg: "in",
+        message: "this world never pays, so that every value in it is 0 and there is nothing \
+                  to learn"
+            .to_owned(),
+        help: "use one that pays, such as `goal_world()`, `chain()` or a `grid_map([..])` with a `G`; \
+               with a function of your own, `rewarded(.., by: f)` pays"
+            .to_owned(),
+    })
 }
 
 macro_rules! tables {
@@ -168,8 +176,8 @@ tables! {
     places: Points = "Points" { Grid, Grids, Mapped }
     tasks: Task = "Task" { Copying, Glyphs }
     pub envs: Env = "Env" {
-        Acrobot, CartPole, Chain, CoinGrid, GoalWorld, Gridworld, Minatar, MountainCar, MountainCarContinuous,
-        Pendulum
+        Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, GoalWorld, GridMap, Gridworld, Minatar, MountainCar,
+        MountainCarContinuous, Pendulum, Rewarded, WrittenMdp
     }
 }
 

@@ -96,8 +96,8 @@ impl Op for Control {
             let mut state = luck.start(&mdp);
             let mut action = luck.act(&policy(&q, state)?);
             for _ in 0..self.limit {
-                let reward = mdp.reward(state, action);
                 let next = luck.step(&mdp, state, action);
+                let reward = mdp.paid(state, action, next);
                 let probabilities = policy(&q, next)?;
                 let follows = luck.act(&probabilities);
                 let worth = self.by.value(&q[next * n..][..n], &probabilities, follows);

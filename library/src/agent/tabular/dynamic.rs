@@ -72,14 +72,14 @@ mod tests {
     use rand::RngExt as _;
 
     use super::*;
-    use ivx_world::{Chain, GoalWorld, Mdp};
+    use ivx_world::{Chain, GoalWorld, Mdp, Paid};
 
     const CTX: Ctx = Ctx::new("", 0, None);
 
     /// Five states, the last of them terminal, and three actions.
     fn random(i: u64) -> Mdp {
         let mut rng = CTX.rng("mdp", &[&i.to_string()]);
-        let (n_states, actions) = (5, vec!["a", "b", "c"]);
+        let (n_states, actions) = (5, ["a", "b", "c"].map(str::to_owned).to_vec());
         let mut transitions = Vec::new();
         for _ in 0..n_states * actions.len() {
             let row: Vec<f64> = (0..n_states).map(|_| rng.random::<f64>().powi(3)).collect();
@@ -90,7 +90,8 @@ mod tests {
             (0..n_states * 3).map(|i| if i < 12 { rng.random::<f64>() - 0.5 } else { 0.0 });
         let rewards = rewards.collect();
         let terminal = vec![false, false, false, false, true];
-        Mdp { actions, transitions, rewards, terminal, start: vec![0.25, 0.25, 0.25, 0.25, 0.0] }
+        let start = vec![0.25, 0.25, 0.25, 0.25, 0.0];
+        Mdp { actions, transitions, rewards, paid: Paid::Acting, terminal, start }
     }
 
     fn apart(a: &[f64], b: &[f64]) -> f64 {

@@ -48,9 +48,10 @@ pub(super) fn episode<'a>(
     while !mdp.terminal[state] && all.actions.len() < limit {
         let action = luck.act(policy(state));
         all.actions.push(action);
-        all.rewards.push(mdp.reward(state, action));
-        state = luck.step(mdp, state, action);
-        all.states.push(state);
+        let next = luck.step(mdp, state, action);
+        all.rewards.push(mdp.paid(state, action, next));
+        all.states.push(next);
+        state = next;
     }
     all.ended = mdp.terminal[state];
     all

@@ -41,7 +41,8 @@ impl Op for ReadModel {
 fn sound(model: Model) -> Result<Model, String> {
     match &model {
         Model::Net(net) => ivx_nn::check(net).map(|()| model),
-        Model::Polynomial(_) => Ok(model),
+        // What decodes can be evaluated.
+        Model::Polynomial(_) | Model::Fitted(_) => Ok(model),
     }
 }
 

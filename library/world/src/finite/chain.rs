@@ -2,6 +2,7 @@
 
 use ivx_op::{OpError, declare};
 
+use super::mdp::named;
 use super::{Finite, Mdp};
 
 declare! {
@@ -25,7 +26,7 @@ impl Finite for Chain {
         if self.goal {
             entered[self.cells - 1] = Some(1.0);
         }
-        Ok(Mdp::moving(vec!["LEFT", "RIGHT"], &entered, |s, a| match a {
+        Ok(Mdp::moving(named(&["LEFT", "RIGHT"]), &entered, |s, a| match a {
             0 => (s.saturating_sub(1), 1.0 - self.slip),
             _ => ((s + 1).min(self.cells - 1), 1.0),
         }))

@@ -2,6 +2,7 @@
 
 use ivx_op::{Facts, OpError, Wrong, declare};
 
+use super::mdp::named;
 use super::{Finite, Mdp};
 
 declare! {
@@ -32,7 +33,7 @@ impl Finite for GoalWorld {
         let mut entered = vec![None; n * n];
         entered[trap] = Some(-1.0);
         entered[goal] = Some(1.0);
-        Ok(Mdp::moving(vec!["UP", "DOWN", "LEFT", "RIGHT"], &entered, |s, a| {
+        Ok(Mdp::moving(named(&["UP", "DOWN", "LEFT", "RIGHT"]), &entered, |s, a| {
             let (row, column) = (s / n, s % n);
             let to = match a {
                 0 => (row.saturating_sub(1), column),

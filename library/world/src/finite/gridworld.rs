@@ -2,7 +2,8 @@
 
 use ivx_op::{OpError, declare};
 
-use super::{Finite, Mdp};
+use super::mdp::named;
+use super::{Finite, Mdp, Paid};
 
 declare! {
     /// An empty square of cells (§C.1.1): nothing is paid, and no episode ends by itself. Moves go north, west,
@@ -46,9 +47,10 @@ impl Finite for Gridworld {
         let mut start = vec![0.0; n_states];
         start[n_states - 1] = 1.0;
         Ok(Mdp {
-            actions: vec!["N", "W", "S", "E"],
+            actions: named(&["N", "W", "S", "E"]),
             transitions,
             rewards: vec![0.0; n_states * 4],
+            paid: Paid::Acting,
             terminal: vec![false; n_states],
             start,
         })

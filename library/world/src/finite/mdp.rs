@@ -8,28 +8,103 @@ use ivx_op::{Array, Ctx, Dim, Labels, Op, OpError, declare};
 use super::of_is_finite;
 use crate::Env;
 
-/// A finite Markov decision process (Eqn. 2.27), whose rewards are known where an action is taken.
+/// A finite Markov decision process (Eqn. 2.27).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mdp {
     /// What the actions are called.
-    pub actions: Vec<&'static str>,
+    pub actions: Vec<String>,
     /// `p(s' | s, a)`: `[S, A, S]`. A terminal state is left by no action.
     pub transitions: Vec<f64>,
-    /// The reward of each action in each state: `[S, A]`, 0 in terminal states.
+    /// The mean reward of each action in each state: `[S, A]`, 0 in terminal states.
     pub rewards: Vec<f64>,
+    /// What is paid where that depends on what follows.
+    pub paid: Paid,
     /// Which states end an episode: `[S]`.
     pub terminal: Vec<bool>,
     /// How probably an episode starts in each state: `[S]`.
     pub start: Vec<f64>,
 }
 
+/// What is paid on a step, beside what an action pays wherever it leads.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Paid {
+    /// Nothing: the mean rewards are all that there is.
+    Acting,
+    /// By the state that is come to: `[S]`.
+    Coming(Vec<f64>),
+    /// By the state, the action and what follows: `[S, A, S]`.
+    Leading(Vec<f64>),
+}
+
+/// Names of actions.
+pub(super) fn named(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
 impl Mdp {
+    /// One whose steps pay by where they lead, and whose mean rewards follow from that.
+    pub(super) fn paying(
+        actions: Vec<String>,
+        transitions: Vec<f64>,
+        paid: Paid,
+        terminal: Vec<bool>,
+        start: Vec<f64>,
+    ) -> Self {
+        let rewards = vec![0.0; terminal.len() * actions.len()];
+        let mut mdp = Self { actions, transitions, rewards, paid, terminal, start };
+        let (n, width) = (mdp.n_states(), mdp.n_actions());
+        for pair in (0..n * width).filter(|pair| !mdp.terminal[pair / width]) {
+            let (s, a) = (pair / width, pair % width);
+            let follow = mdp.next(s, a).iter().enumerate().filter(|(_, p)| **p > 0.0);
+            mdp.rewards[pair] = follow.map(|(next, p)| p * mdp.by_next(pair, next)).sum();
+        }
+        mdp
+    }
+
+    /// The same where actions pay besides, wherever they lead: `[S, A]`, or nothing.
+    pub(super) fn with_rewards(mut self, besides: &[f64]) -> Self {
+        let width = self.n_actions();
+        if besides.is_empty() {
+            return self;
+        }
+        if let Paid::Coming(coming) = &self.paid {
+            let by_next =
+                besides.iter().flat_map(|pays| coming.iter().map(move |more| pays + more));
+            self.paid = Paid::Leading(by_next.collect());
+        }
+        for (pair, pays) in besides.iter().enumerate() {
+            if !self.terminal[pair / width] {
+                self.rewards[pair] += pays;
+            }
+        }
+        self
+    }
+
+    /// What a step pays.
+    #[must_use]
+    pub fn paid(&self, state: usize, action: usize, next: usize) -> f64 {
+        let pair = state * self.n_actions() + action;
+        match self.paid {
+            Paid::Acting => self.rewards[pair],
+            _ if self.terminal[state] => 0.0,
+            _ => self.by_next(pair, next),
+        }
+    }
+
+    fn by_next(&self, pair: usize, next: usize) -> f64 {
+        match &self.paid {
+            Paid::Acting => 0.0,
+            Paid::Coming(paid) => paid[next],
+            Paid::Leading(paid) => paid[pair * self.n_states() + next],
+        }
+    }
+
     /// One in which every action in a state leads to one state of its own, or to nowhere with probability
     /// left over: `step` says of a state and an action where it leads.
     ///
     /// Rewards are those of entering a state. Episodes start in any state that is not terminal.
     pub(super) fn moving(
-        actions: Vec<&'static str>,
+        actions: Vec<String>,
         entered: &[Option<f64>],
         step: impl Fn(usize, usize) -> (usize, f64),
     ) -> Self {
@@ -50,7 +125,7 @@ impl Mdp {
         }
         let open = real(terminal.iter().filter(|end| !**end).count());
         let start = terminal.iter().map(|end| if *end { 0.0 } else { 1.0 / open }).collect();
-        Self { actions, transitions, rewards, terminal, start }
+        Self { actions, transitions, rewards, paid: Paid::Acting, terminal, start }
     }
 
     /// How many states there are.
@@ -71,7 +146,7 @@ impl Mdp {
         self.model().next(state, action)
     }
 
-    /// The reward of an action.
+    /// The mean reward of an action.
     #[must_use]
     pub fn reward(&self, state: usize, action: usize) -> f64 {
         self.model().reward(state, action)
@@ -93,8 +168,7 @@ impl Mdp {
     /// The dimensions of what is said of each action in each state.
     #[must_use]
     pub fn pairs(&self) -> Vec<Dim> {
-        let names: Vec<String> = self.actions.iter().map(|name| (*name).to_owned()).collect();
-        pairs(self.n_states(), &names)
+        pairs(self.n_states(), &self.actions)
     }
 
     /// The numbers of an array over states and actions.

@@ -1,9 +1,12 @@
 //! Worlds that are tables of states.
 
 mod chain;
+mod given;
 mod goal_world;
+mod grid_map;
 mod gridworld;
 mod mdp;
+mod rewarded;
 
 use std::fmt::Debug;
 
@@ -11,9 +14,12 @@ use ivx_data::{Field, Kind, Misfit};
 use ivx_op::{Facts, OpError, Wrong};
 
 pub use chain::Chain;
+pub use given::{ComputedMdp, Numbers, WrittenMdp};
 pub use goal_world::GoalWorld;
+pub use grid_map::GridMap;
 pub use gridworld::Gridworld;
-pub use mdp::{Mdp, Transitions, policy};
+pub use mdp::{Mdp, Paid, Transitions, policy};
+pub use rewarded::{Rewarded, Taken};
 
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
@@ -36,6 +42,11 @@ pub trait Finite: Debug + Send + Sync {
     fn pays(&self) -> bool {
         true
     }
+
+    /// Whether a state is a cell that nobody comes to.
+    fn is_wall(&self, _state: usize) -> bool {
+        false
+    }
 }
 
 /// After how many steps an episode is cut off that does not end by itself.
@@ -46,7 +57,7 @@ impl<T: Finite> Env for T {
         let mdp = self.mdp().map_err(|error| Misfit::new(error.to_string(), "name another"))?;
         Ok(Spec {
             sees: vec![Field::new("state", &[], Kind::Index(mdp.n_states()))],
-            does: Actions::named(&mdp.actions),
+            does: Actions::Discrete(mdp.actions.clone()),
             tells: Vec::new(),
             limit: Some(LIMIT),
         })
@@ -78,9 +89,9 @@ impl World for Walk {
     }
 
     fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
-        let action = act.index();
-        let reward = self.mdp.reward(self.state, action);
-        self.state = luck.pick(self.mdp.next(self.state, action));
+        let (state, action) = (self.state, act.index());
+        self.state = luck.pick(self.mdp.next(state, action));
+        let reward = self.mdp.paid(state, action, self.state);
         row.index(0, self.state);
         (reward, if self.mdp.terminal[self.state] { End::Terminal } else { End::No })
     }
@@ -117,7 +128,7 @@ fn is_finite(facts: &Facts<'_>, arg: &'static str) -> Result<(), Wrong> {
         Some(world) if world.finite().is_none() => Err(Wrong {
             arg,
             message: NOT_FINITE.to_owned(),
-            help: "use one that is, such as `chain()`, `goal_world()` or `gridworld()`; in worlds of any kind \
+            help: "use one that is, such as `chain()`, `grid_map([..])` or `mdp(..)`; in worlds of any kind \
                    agents are made by `learn` and measured by `evaluate`"
                 .to_owned(),
         }),
