@@ -132,11 +132,22 @@ pub(super) fn left_over(
     n: usize,
     remedy: &str,
 ) -> Result<(), Wrong> {
+    left_over_but("", facts, value, (named, n), remedy)
+}
+
+/// The same, but for an axis that has a place of its own.
+pub(super) fn left_over_but(
+    spared: &str,
+    facts: &Facts<'_>,
+    value: &'static str,
+    (named, n): (&[&str], usize),
+    remedy: &str,
+) -> Result<(), Wrong> {
     let named = named.iter().flat_map(|arg| facts.arg::<Vec<String>>(arg).unwrap_or_default());
     let named: Vec<String> = named.collect();
     for over in facts.over.get(value).into_iter().flatten() {
-        let mut rest =
-            over.iter().filter(|name| *name != SEED && *name != END && !named.contains(name));
+        let spared = |name: &str| name == SEED || name == END || name == spared;
+        let mut rest = over.iter().filter(|name| !spared(name) && !named.contains(name));
         if let Some(name) = rest.nth(n) {
             let message = format!("`{value}` also varies over `{name}`");
             return Err(Wrong { arg: value, message, help: rid_of(name, remedy) });

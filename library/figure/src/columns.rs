@@ -110,9 +110,7 @@ pub(super) fn same_rows(values: &[Arranged]) -> Result<&[Dim], OpError> {
 }
 
 /// One column for each label of what each value varies over but rows.
-///
-/// - `single`: whether the labels say enough.
-pub(super) fn columns(values: &[Arranged], single: bool, best: Best) -> Vec<Column> {
+pub(super) fn columns(values: &[Arranged], best: Best) -> Vec<Column> {
     let mut columns = Vec::new();
     for Arranged { name, rest, inner, over_seed, cells, .. } in values {
         let inner = [rest.as_slice(), inner].concat();
@@ -120,10 +118,9 @@ pub(super) fn columns(values: &[Arranged], single: bool, best: Best) -> Vec<Colu
         for (i, (place, coordinate)) in
             labels(&inner).into_iter().zip(coordinates(&inner)).enumerate()
         {
-            let head = match (inner.is_empty(), single) {
-                (true, _) => name.to_owned(),
-                (false, true) => coordinate,
-                (false, false) => format!("{name}, {coordinate}"),
+            let head = match inner.is_empty() {
+                true => name.to_owned(),
+                false => format!("{name}, {coordinate}"),
             };
             let cells = cells.iter().skip(i).step_by(n).map(|cell| Some(*cell)).collect();
             columns.push(Column { head, place, over_seed: *over_seed, best, cells });
@@ -139,7 +136,7 @@ pub(super) fn columns_beside(beside: Arranged, rows: &[Dim]) -> Vec<Column> {
         row_labels(&beside.outer).into_iter().zip(0..).collect();
     let places: Vec<Option<usize>> =
         row_labels(rows).iter().map(|row| known.get(row).copied()).collect();
-    let mut columns = columns(&[beside], false, Best::None);
+    let mut columns = columns(&[beside], Best::None);
     for column in &mut columns {
         let cell = |place: &Option<usize>| {
             place.and_then(|place| column.cells[place]).filter(|cell| !cell.mean.is_nan())
@@ -253,7 +250,7 @@ mod tests {
         let theirs = value(&[("ke", &["MA", "CVaR", "WCM"])], &[4.5, 9.0, f64::NAN]);
         let theirs = arrange(&theirs, (&["ke".into()], &[]), false).unwrap();
         let rows = ours.outer.clone();
-        let ours = columns(&[ours], true, Best::None);
+        let ours = columns(&[ours], Best::None);
         let theirs = columns_beside(theirs, &rows);
         let found = difference(&ours, &theirs[0]).unwrap();
         assert_eq!(found.head, "y − y");

@@ -2,7 +2,7 @@
 
 use ivx_op::{Array, AxisNames, Ctx, Everything, Facts, NumericAxis, Op, OpError, Wrong, declare};
 
-use super::arrange::{arrange, names, numbers};
+use super::arrange::{arrange, left_over_but, names, numbers};
 use super::drawing::{Mark, Series, Stroke};
 use super::layer::{Layer, entry};
 use super::panels::{panels, spelled};
@@ -10,8 +10,8 @@ use super::panels::{panels, spelled};
 declare! {
     /// Lines of `y` along `x`.
     ///
-    /// Over `seed` a line is the mean, within a band that is its 95 % interval. What `y` also
-    /// varies over, such as `member`, gives one thin line each, without bands.
+    /// Over `seed` a line is the mean, within a band that is its 95 % interval. Each member of an ensemble has a thin
+    /// line of its own, without a band.
     pub struct Curve = "curve" @ 5 -> Layer {
         /// The heights.
         y: Everything<Array>;
@@ -76,7 +76,13 @@ pub(super) fn curves(
     Ok(Layer { x_label, y_label, columns, series: series.collect(), lacks: all.lacks() })
 }
 
+/// The rule that a line is told from every other, but those of members, which are alike.
+pub(super) fn told_apart(facts: &Facts<'_>) -> Result<(), Wrong> {
+    left_over_but("member", facts, "y", (&["x", "by", "facet"], 0), "name it in `by` or `facet`")
+}
+
 fn known_style(facts: &Facts<'_>) -> Result<(), Wrong> {
+    told_apart(facts)?;
     let Some(Err(message)) = facts.arg("style").map(|style: String| stroke(&style)) else {
         return Ok(());
     };

@@ -43,6 +43,8 @@ pub(super) struct Axis {
     pub(super) names: Vec<String>,
     /// Whether its places speak for themselves, and need no ticks.
     pub(super) bare: bool,
+    /// Whether its places are logarithms to base 10 of what its ticks say.
+    pub(super) log: bool,
 }
 
 /// Marks of one look. Series of one label share colour, shape and legend entry.

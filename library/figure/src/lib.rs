@@ -18,6 +18,7 @@ mod layer;
 mod legend;
 mod level;
 mod lines;
+mod log;
 mod looks;
 mod marbles;
 mod marks;
@@ -105,6 +106,6 @@ mod tests {
         assert_ne!(lines(), run("lines", "y", &[("x", "x")]));
         assert!(Figure::decode(&lines()).unwrap().files["svg"].contains(">WCM<"));
         let csv = Table::decode(&table()).unwrap().files["csv"].clone();
-        assert_eq!(csv, "ke,x = 0,x = 1\nWCM,1.0,2.0\nMA,3.0,4.0\n");
+        assert_eq!(csv, "ke,\"y, x = 0\",\"y, x = 1\"\nWCM,1.0,2.0\nMA,3.0,4.0\n");
     }
 }

@@ -1,9 +1,12 @@
 //! A figure of curves alone.
 
-use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, NumericAxis, Op, OpError, declare};
+use ivx_op::{
+    Array, AxisNames, Ctx, Everything, Facts, Figure, NumericAxis, Op, OpError, Wrong, declare,
+};
 
-use super::curve::curves;
+use super::curve::{curves, told_apart};
 use super::drawing::Stroke;
+use super::log::{known_scales, scaled};
 use super::plot::drawing;
 use super::render::render;
 
@@ -24,9 +27,19 @@ declare! {
         x_label: String = "";
         /// What the vertical axis measures; where empty, what the spec calls `y`.
         y_label: String = "";
+        /// Whether equal differences or equal ratios are equally far apart along `x`: `linear` or `log`.
+        x_scale: String = "linear";
+        /// The same along `y`.
+        y_scale: String = "linear";
         /// Whether means are made of what is there where some of it is missing, because a node failed.
         skip_missing: bool = false;
     }
+    rule shows_all;
+}
+
+fn shows_all(facts: &Facts<'_>) -> Result<(), Wrong> {
+    told_apart(facts)?;
+    known_scales(facts)
 }
 
 impl Op for Lines {
@@ -38,7 +51,8 @@ impl Op for Lines {
             "",
             Stroke::Solid,
         )?;
-        Ok(render(&drawing(&[&layer], &self.title, &self.x_label, &self.y_label)))
+        let drawing = drawing(&[&layer], &self.title, &self.x_label, &self.y_label);
+        Ok(render(&scaled(drawing, &self.x_scale, &self.y_scale)?))
     }
 }
 
@@ -57,6 +71,8 @@ mod tests {
             title: String::new(),
             x_label: String::new(),
             y_label: String::new(),
+            x_scale: "linear".into(),
+            y_scale: "linear".into(),
             skip_missing: false,
         };
         let ctx = Ctx::new("lines", 0, None);
@@ -86,6 +102,8 @@ mod tests {
             title: none(),
             x_label: none(),
             y_label: none(),
+            x_scale: "linear".into(),
+            y_scale: "linear".into(),
             skip_missing: false,
         };
         let draw = || lines.run(&Ctx::new("lines", 0, None)).unwrap().files["svg"].clone();

@@ -3,6 +3,7 @@
 use super::drawing::{Axis, Drawing, Mark};
 use super::heat::has_room;
 use super::legend;
+use super::log::log_ticks;
 use super::marks::Panel;
 use super::scale::{Scale, Ticks, scales, ticks};
 use super::text::width;
@@ -183,6 +184,7 @@ fn axis_ticks(
 ) -> (Ticks, Ticks) {
     let of = |axis: &Axis, scale: Scale, about: u32, room: f64| match axis {
         axis if axis.bare => Ticks { at: Vec::new(), labels: Vec::new(), exponent: 0 },
+        axis if axis.log => log_ticks(scale, about),
         axis if axis.names.is_empty() => ticks(scale, about),
         axis => named_ticks(axis, room),
     };

@@ -4,6 +4,7 @@ use ivx_op::{Ctx, Everything, Figure, Many, Op, OpError, declare};
 
 use super::drawing::{Axis, Drawing};
 use super::layer::Layer;
+use super::log::{known_scales, scaled};
 use super::render::render;
 use super::scale::{apart, placeable};
 
@@ -22,7 +23,12 @@ declare! {
         y_label: String = "";
         /// The lowest and the highest `y` shown; where empty, all are.
         y_range: Vec<f64> = Vec::<f64>::new();
+        /// Whether equal differences or equal ratios are equally far apart along `x`: `linear` or `log`.
+        x_scale: String = "linear";
+        /// The same along `y`.
+        y_scale: String = "linear";
     }
+    rule known_scales;
 }
 
 impl Op for Plot {
@@ -30,7 +36,7 @@ impl Op for Plot {
         let layers: Vec<&Layer> = self.layers.0.iter().flat_map(|port| &port.0.values).collect();
         let mut drawing = drawing(&layers, &self.title, &self.x_label, &self.y_label);
         drawing.y.range = range(&self.y_range)?;
-        Ok(render(&drawing))
+        Ok(render(&scaled(drawing, &self.x_scale, &self.y_scale)?))
     }
 }
 
@@ -81,6 +87,8 @@ mod tests {
             x_label: String::new(),
             y_label: "reward".into(),
             y_range,
+            x_scale: "linear".into(),
+            y_scale: "linear".into(),
         };
         let ctx = Ctx::new("plot", 0, None);
         plot.run(&ctx).map(|figure| figure.files["svg"].clone())

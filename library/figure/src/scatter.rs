@@ -4,6 +4,7 @@ use ivx_op::{Array, AxisNames, Ctx, Everything, Figure, Op, OpError, declare};
 
 use super::arrange::{Arranged, arrange, called, names};
 use super::drawing::{Axis, Drawing, Mark, Series};
+use super::log::{known_scales, scaled};
 use super::panels::{panels, spelled};
 use super::render::render;
 
@@ -25,9 +26,14 @@ declare! {
         x_label: String = "";
         /// What the vertical axis measures; where empty, what the spec calls `y`.
         y_label: String = "";
+        /// Whether equal differences or equal ratios are equally far apart along `x`: `linear` or `log`.
+        x_scale: String = "linear";
+        /// The same along `y`.
+        y_scale: String = "linear";
         /// Whether means are made of what is there where some of it is missing, because a node failed.
         skip_missing: bool = false;
     }
+    rule known_scales;
 }
 
 impl Op for Scatter {
@@ -56,7 +62,7 @@ impl Op for Scatter {
             label: if given.is_empty() { name } else { given }.to_owned(),
             ..Axis::default()
         };
-        Ok(render(&Drawing {
+        let drawing = Drawing {
             title: self.title.clone(),
             x: axis(&self.x_label, &x.name),
             y: axis(&self.y_label, &y.name),
@@ -64,7 +70,8 @@ impl Op for Scatter {
             columns,
             lacks: x.lacks() + y.lacks(),
             colours: None,
-        }))
+        };
+        Ok(render(&scaled(drawing, &self.x_scale, &self.y_scale)?))
     }
 }
 
@@ -94,6 +101,8 @@ mod tests {
             x_label: "gap".into(),
             y_label: none(),
             skip_missing: false,
+            x_scale: "linear".into(),
+            y_scale: "linear".into(),
         };
         all.run(&Ctx::new("scatter", 0, None)).map(|figure| figure.files["svg"].clone())
     }

@@ -24,7 +24,7 @@ declare! {
     ///
     /// The LaTeX is UTF-8, the default of LaTeX, and needs `booktabs` alone: Greek letters and signs of mathematics
     /// are set in math, other letters that pdfLaTeX's font lacks need `XeLaTeX` or `LuaLaTeX`.
-    pub struct Tabulate = "table" @ 9 -> Table {
+    pub struct Tabulate = "table" @ 10 -> Table {
         /// What to show.
         values: Many<Everything<Array>>;
         /// Axes that have a row for each label.
@@ -61,7 +61,7 @@ impl Op for Tabulate {
         let best = Best::named(&self.best).map_err(OpError::Failed)?;
         name_each(values.iter_mut().chain(&mut beside));
         let rows = same_rows(&values)?;
-        let mut columns = columns(&values, values.len() == 1, best);
+        let mut columns = columns(&values, best);
         let n_ours = columns.len();
         if let Some(beside) = beside {
             for column in columns_beside(beside, rows) {
@@ -284,12 +284,12 @@ mod tests {
             &[1.0, 2.0, 3.0, f64::NAN],
         );
         let md = "\
-| ke  | task = a,b | task = c\"d |
-| --- | ---------: | ---------: |
-| WCM |       1.00 |       3.00 |
-| MA  |       2.00 |        NaN |
+| ke  | gap, task = a,b | gap, task = c\"d |
+| --- | --------------: | --------------: |
+| WCM |            1.00 |            3.00 |
+| MA  |            2.00 |             NaN |
 ";
-        let csv = "ke,\"task = a,b\",\"task = c\"\"d\"\nWCM,1.0,3.0\nMA,2.0,NaN\n";
+        let csv = "ke,\"gap, task = a,b\",\"gap, task = c\"\"d\"\nWCM,1.0,3.0\nMA,2.0,NaN\n";
         check(&table(vec![("gap", gap)], &["task"]).unwrap(), md, csv);
     }
 
@@ -299,13 +299,13 @@ mod tests {
         let dims: [(&str, &[&str]); 2] = [("ke", &["MA", "CVaR", "WCM"]), ("task", &["a", "b"])];
         let theirs = value(&dims, &[21.0, 22.0, 9.0, 9.0, f64::NAN, 12.0]);
         let md = "\
-| ke  | task = a | paper, task = a | paper, task = b |
-| --- | -------: | --------------: | --------------: |
-| WCM |     1.00 |                 |           12.00 |
-| MA  |     2.00 |           21.00 |           22.00 |
-| new |     3.00 |                 |                 |
+| ke  | gap, task = a | paper, task = a | paper, task = b |
+| --- | ------------: | --------------: | --------------: |
+| WCM |          1.00 |                 |           12.00 |
+| MA  |          2.00 |           21.00 |           22.00 |
+| new |          3.00 |                 |                 |
 ";
-        let csv = "ke,task = a,\"paper, task = a\",\"paper, task = b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
+        let csv = "ke,\"gap, task = a\",\"paper, task = a\",\"paper, task = b\"\nWCM,1.0,,12.0\nMA,2.0,21.0,22.0\nnew,3.0,,\n";
         check(&table_beside(vec![("gap", ours)], &[], Some(("paper", theirs))).unwrap(), md, csv);
     }
 

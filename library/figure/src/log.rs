@@ -1,0 +1,120 @@
+//! Axes along which equal ratios are equally far apart.
+
+use ivx_op::{Facts, OpError, Wrong, shown};
+
+use super::drawing::{Drawing, Mark};
+use super::scale::{Scale, Ticks};
+
+/// Whether an axis is logarithmic, by the name of its scale.
+///
+/// # Errors
+/// If there is no such scale.
+pub(super) fn is_log(scale: &str) -> Result<bool, String> {
+    match scale {
+        "linear" => Ok(false),
+        "log" => Ok(true),
+        other => Err(format!("no scale is called `{other}`")),
+    }
+}
+
+/// The rule that `x_scale` and `y_scale` name a scale.
+pub(super) fn known_scales(facts: &Facts<'_>) -> Result<(), Wrong> {
+    for arg in ["x_scale", "y_scale"] {
+        if let Some(Err(message)) = facts.arg::<String>(arg).map(|scale| is_log(&scale)) {
+            let help = "write `\"linear\"` or `\"log\"`".to_owned();
+            return Err(Wrong { arg, message, help });
+        }
+    }
+    Ok(())
+}
+
+/// The drawing with the scales asked for: along a logarithmic axis marks lie at the logarithms to base 10 of where they
+/// lie, and what is not above 0 lies nowhere.
+///
+/// # Errors
+/// If there is no such scale.
+pub(super) fn scaled(mut drawing: Drawing, x: &str, y: &str) -> Result<Drawing, OpError> {
+    let logs = (is_log(x).map_err(OpError::Failed)?, is_log(y).map_err(OpError::Failed)?);
+    (drawing.x.log, drawing.y.log) = logs;
+    let along = |log: bool, value: f64| match value {
+        value if !log => value,
+        // The lower end of an interval that reaches 0 is open.
+        value if value <= 0.0 => f64::NEG_INFINITY,
+        value => value.log10(),
+    };
+    let (along_x, along_y) = (|x: f64| along(logs.0, x), |y: f64| along(logs.1, y));
+    for mark in drawing.series.iter_mut().flat_map(|series| &mut series.marks) {
+        match mark {
+            Mark::Line(_, points) | Mark::Points(points) => {
+                for (x, y) in points {
+                    (*x, *y) = (along_x(*x), along_y(*y));
+                }
+            }
+            Mark::Band(points) => {
+                for (x, low, high) in points {
+                    (*x, *low, *high) = (along_x(*x), along_y(*low), along_y(*high));
+                }
+            }
+            Mark::Level(_, y) => *y = along_y(*y),
+            Mark::Upright(_, x) => *x = along_x(*x),
+            // Nothing else is drawn by what has scales.
+            _ => {}
+        }
+    }
+    let ends = |log: bool, (low, high): (f64, f64)| (along(log, low), along(log, high));
+    drawing.x.range = drawing.x.range.map(|range| ends(logs.0, range));
+    drawing.y.range = drawing.y.range.map(|range| ends(logs.1, range));
+    Ok(drawing)
+}
+
+/// Ticks at powers of ten; at 2 and 5 of each too, where few of these would be seen.
+pub(super) fn log_ticks(scale: Scale, about: u32) -> Ticks {
+    let within = |at: &f64| (scale.low - 1e-9..=scale.high + 1e-9).contains(at);
+    #[expect(clippy::cast_possible_truncation, reason = "logarithms of numbers are below 309")]
+    let (first, last) = (scale.low.floor() as i32, scale.high.ceil() as i32);
+    let at = |digits: &[f64]| -> Vec<(f64, f64)> {
+        let of = |power: i32| digits.iter().map(move |digit| digit * 10_f64.powi(power));
+        let all = (first..=last).flat_map(of).map(|value| (value.log10(), value));
+        all.filter(|(at, _)| within(at)).collect()
+    };
+    let mut places = at(&[1.0]);
+    if places.len() < 3 {
+        places = at(&[1.0, 2.0, 5.0]);
+    }
+    let step = places.len().div_ceil(about.max(2) as usize).max(1);
+    let places: Vec<(f64, f64)> = places.into_iter().step_by(step).collect();
+    let labels = places.iter().map(|(_, value)| shown(*value).replace('-', "−")).collect();
+    Ticks { at: places.into_iter().map(|(at, _)| at).collect(), labels, exponent: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawing::{Series, Stroke};
+    use super::*;
+
+    #[test]
+    fn marks_lie_at_logarithms_and_what_is_not_above_nothing_nowhere() {
+        let line = Mark::Line(Stroke::Solid, vec![(0.01, 100.0), (0.0, 10.0), (1.0, -1.0)]);
+        let series = vec![Series { marks: vec![line], ..Series::default() }];
+        let drawing = Drawing { series, ..Drawing::default() };
+        let marks = |x: &str, y: &str| {
+            let found = scaled(drawing.clone(), x, y).unwrap();
+            found.series[0].marks[0].clone()
+        };
+        let none = f64::NEG_INFINITY;
+        let both = Mark::Line(Stroke::Solid, vec![(-2.0, 2.0), (none, 1.0), (0.0, none)]);
+        assert_eq!(marks("log", "log"), both);
+        assert_eq!(marks("linear", "linear"), drawing.series[0].marks[0]);
+        let across = Mark::Line(Stroke::Solid, vec![(-2.0, 100.0), (none, 10.0), (0.0, -1.0)]);
+        assert_eq!(marks("log", "linear"), across);
+        assert!(scaled(drawing.clone(), "logarithmic", "linear").is_err());
+    }
+
+    #[test]
+    fn ticks_are_powers_of_ten_or_parts_of_them() {
+        let labels = |low: f64, high: f64| log_ticks(Scale { low, high }, 5).labels;
+        assert_eq!(labels(-3.0, 0.0), ["0.001", "0.01", "0.1", "1"]);
+        assert_eq!(labels(-0.1, 1.1), ["1", "2", "5", "10"]);
+        assert_eq!(labels(0.0, 10.0).len(), 4);
+    }
+}
