@@ -80,6 +80,30 @@ pub struct Measure {
     pub missing: BTreeMap<String, String>,
 }
 
+impl Measure {
+    /// The node that failed, if the number at a place in `values` is missing because of it.
+    #[must_use]
+    pub fn missing_at(&self, place: usize) -> Option<&str> {
+        if self.missing.is_empty() {
+            return None;
+        }
+        let (mut rest, mut at) = (place, Vec::new());
+        for dim in self.dims.iter().rev() {
+            at.push(coordinate(dim, rest % dim.len()));
+            rest /= dim.len();
+        }
+        at.reverse();
+        // Axes come first, and dimensions inside an array have nothing missing of their own.
+        let known = (0..=at.len()).find_map(|n| self.missing.get(&at[..n].join(",")));
+        known.map(String::as_str)
+    }
+}
+
+/// `n=5`: a coordinate as addresses have it.
+fn coordinate(dim: &Dim, place: usize) -> String {
+    format!("{}={}", dim.name, dim.labels.text(place))
+}
+
 /// What became of a claim.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
@@ -256,7 +280,7 @@ fn missing(plan: &Plan, family: &Family, outcome: &Outcome) -> BTreeMap<String, 
         };
         let (mut rest, mut at) = (i, Vec::new());
         for dim in family.dims.iter().rev() {
-            at.push(format!("{}={}", dim.name, dim.labels.text(rest % dim.len())));
+            at.push(coordinate(dim, rest % dim.len()));
             rest /= dim.len();
         }
         at.reverse();

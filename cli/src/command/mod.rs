@@ -10,6 +10,7 @@ mod explain;
 mod export;
 mod fmt;
 mod lock;
+mod measured;
 
 mod new;
 mod ops;

@@ -6,18 +6,20 @@ use ivx_engine::{Claim, Results, notes, reason, verdict};
 use ivx_op::{Finding, Outcome as Verdict};
 use serde_json::{Value, json};
 
+use super::measured;
 use crate::account::Account;
 use crate::progress::spell;
 use crate::render::visible;
 
-/// Writes the claims in the order of the spec, and how many nodes were executed.
+/// Writes the claims in the order of the spec, the measures that none of them mentions, and how many nodes were
+/// executed.
 pub(super) fn write(run: &Account<'_>, results: &Results, out: &mut dyn Write) -> io::Result<()> {
     for words in &results.differs {
         writeln!(out, "differs     {}", visible(words))?;
     }
     for experiment in &run.spec.experiments {
         let found = &results.experiments[&experiment.name];
-        if experiment.claims.is_empty() && found.differs.is_empty() {
+        if experiment.claims.is_empty() && found.differs.is_empty() && found.measures.is_empty() {
             continue;
         }
         writeln!(out, "{}", experiment.name)?;
@@ -27,6 +29,9 @@ pub(super) fn write(run: &Account<'_>, results: &Results, out: &mut dyn Write) -
         let claims = &found.claims;
         for own in &experiment.claims {
             claim(&own.output.name, &claims[&own.output.name], out)?;
+        }
+        for name in measured::unclaimed(experiment) {
+            measured::write(name, &found.measures[name], out)?;
         }
     }
     executed(run, out)
