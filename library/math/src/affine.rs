@@ -72,20 +72,20 @@ pub(crate) fn centred(rows: &[f64], width: usize) -> (DMatrix<f64>, RowDVector<f
 #[must_use]
 pub fn ridge(xs: &[f64], n_inputs: usize, ys: &[f64], n_outputs: usize, alpha: f64) -> Affine {
     let ((x, x_means), (mut y, y_means)) = (centred(xs, n_inputs), centred(ys, n_outputs));
-    let (n, d) = x.shape();
-    assert!(n > 0, "a fit of some data");
+    let (n_rows, rank) = (x.nrows(), x.nrows().min(n_inputs));
+    assert!(n_rows > 0, "a fit of some data");
     let qr = x.qr();
     qr.q_tr_mul(&mut y);
     let svd = qr.r().svd(true, true);
-    let (u, v_t) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"));
+    let (left, right) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"));
     let singular = svd.singular_values;
-    let cut = singular.max() * crate::moments::real(n.max(d)) * f64::EPSILON;
+    let cut = singular.max() * crate::moments::real(n_rows.max(n_inputs)) * f64::EPSILON;
     let shrunk = |s: f64| if s > cut { s / (s * s + alpha) } else { 0.0 };
     let scale = DMatrix::from_diagonal(&DVector::from_iterator(
         singular.len(),
         singular.iter().map(|s| shrunk(*s)),
     ));
-    let weights = v_t.transpose() * scale * u.transpose() * y.rows(0, n.min(d));
+    let weights = right.transpose() * scale * left.transpose() * y.rows(0, rank);
     Affine::of_centred(&weights, y_means.as_slice(), &x_means)
 }
 

@@ -131,13 +131,11 @@ impl Targets<'_> {
 /// `y − p` of each logit.
 fn of_classes(logits: &[f64], class: usize) -> Vec<f64> {
     let target = |k: usize| if k == class { 1.0 } else { 0.0 };
-    match logits {
-        [second] => vec![target(1) - 1.0 / (1.0 + (-second).exp())],
-        _ => {
-            let shares = crate::policy::boltzmann(logits, 1.0);
-            shares.into_iter().enumerate().map(|(k, p)| target(k) - p).collect()
-        }
+    if let [second] = logits {
+        return vec![target(1) - 1.0 / (1.0 + (-second).exp())];
     }
+    let shares = crate::policy::boltzmann(logits, 1.0);
+    shares.into_iter().enumerate().map(|(k, p)| target(k) - p).collect()
 }
 
 /// Why there is no classifier.

@@ -48,7 +48,9 @@ pub fn logistic(
         // What the penalty pulls to zero is the sum of weights, and nothing pulls that of intercepts.
         let shift = (&means * &weights).sum();
         let mean = (at_means.iter().sum::<f64>() - shift) / real(n_logits);
-        at_means.iter_mut().for_each(|b| *b -= mean);
+        for b in &mut at_means {
+            *b -= mean;
+        }
     }
     let fit = Affine::of_centred(&weights, &at_means, &means);
     Ok(if n_classes == 2 || present.len() == n_classes {

@@ -41,7 +41,7 @@ fn learned(case: &Case, key: &str) -> Option<Value> {
 
 fn learner(case: &Case) -> Box<dyn Learner> {
     let of = |name: &str| number(&case.inputs[name]);
-    let count = |name: &str| of(name) as usize;
+    let count = |name: &str| count(&case.inputs[name]);
     match case.kind.as_str() {
         "ridge" => Box::new(Ridge { alpha: of("alpha") }),
         "logistic" => Box::new(Logistic { c: of("c") }),
@@ -62,10 +62,14 @@ fn learner(case: &Case) -> Box<dyn Learner> {
     }
 }
 
+fn count(value: &Value) -> usize {
+    usize::try_from(value.as_u64().expect("a count")).expect("it is small")
+}
+
 /// Rows of inputs, and rows of targets or a class for each.
 fn data(case: &Case, x: &str, y: &str) -> Dataset {
     let (x, y) = (rows(&case.inputs[x]), &case.inputs[y]);
-    let classes = case.inputs["classes"].as_u64().map(|n| n as usize);
+    let classes = case.inputs.get("classes").map(count);
     let (target, y) = match classes {
         Some(_) => (Vec::new(), numbers(y)),
         None => (vec![rows(y)[0].len()], rows(y).concat()),

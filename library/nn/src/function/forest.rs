@@ -34,7 +34,9 @@ impl Function for Forest {
                     .zip(tree.value(tree.leaf(x)))
                     .for_each(|(sum, value)| *sum += value);
             }
-            mean.iter_mut().for_each(|sum| *sum /= real(self.0.len()));
+            for sum in &mut mean {
+                *sum /= real(self.0.len());
+            }
             if form.classes.is_some() { log_shares(&mean) } else { mean }
         };
         xs.chunks_exact(form.input_len()).flat_map(of_one).collect()

@@ -33,7 +33,7 @@ impl Mixture {
 }
 
 /// Of each number, one of every member.
-fn across<'a>(each: &'a [Vec<f64>]) -> impl Iterator<Item = Vec<f64>> + 'a {
+fn across(each: &[Vec<f64>]) -> impl Iterator<Item = Vec<f64>> {
     (0..each[0].len()).map(|i| each.iter().map(|member| member[i]).collect())
 }
 

@@ -128,7 +128,9 @@ fn scaled(probabilities: &mut [f64]) -> Result<(), String> {
     if (total - 1.0).abs() > TOLERANCE {
         return Err(format!("sum to {}, not to 1", ivx_op::shown(total)));
     }
-    probabilities.iter_mut().for_each(|p| *p /= total);
+    for p in probabilities {
+        *p /= total;
+    }
     Ok(())
 }
 
@@ -383,7 +385,7 @@ mod tests {
         // By where a step ends it pays the same.
         let coming = of(&turned, ends.clone()).unwrap();
         assert_eq!((coming.rewards, coming.start), (chain.rewards.clone(), chain.start.clone()));
-        let leading = vec![0.0, 0.0, 1.0].repeat(6);
+        let leading = [0.0, 0.0, 1.0].repeat(6);
         let leading =
             of(&turned, Array { dims: transitions.dims.clone(), values: leading }).unwrap();
         assert_eq!((&leading.rewards, leading.paid(1, 1, 2)), (&chain.rewards, 1.0));
