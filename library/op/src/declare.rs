@@ -31,7 +31,7 @@
 /// a function that says which shapes its result has, for the rules of what takes it.
 ///
 /// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all pointwise
-/// arrays, `[reduce port]` without the named axes, `[reduce port to rank]`.
+/// arrays, `[reduce port]` without the named axes, `[reduce port to rank]`, `[named dims]` as the argument `dims` says.
 #[macro_export]
 macro_rules! declare {
     (
@@ -95,6 +95,7 @@ macro_rules! declare {
     (@dims reduce $port:ident to $add:ident) => {
         $crate::Dims::Reduced { port: stringify!($port), add: &[stringify!($add)] }
     };
+    (@dims named $arg:ident) => { $crate::Dims::Named(stringify!($arg)) };
     (@dims union) => { $crate::Dims::Union };
     (@dims $($dim:ident),+) => { $crate::Dims::Fixed(&[$(stringify!($dim)),+]) };
 }
