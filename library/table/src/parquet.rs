@@ -1,6 +1,7 @@
 //! Columns of Apache Parquet.
 
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arrow_array::cast::AsArray as _;
 use arrow_array::{
@@ -22,6 +23,12 @@ const ROWS: usize = 8192;
 /// # Errors
 /// What is wrong with it.
 pub(crate) fn read(bytes: &[u8], choose: &mut Choose<'_>) -> Result<Table, String> {
+    // Of a damaged file the crate may panic. What it was reading is dropped then.
+    let read = catch_unwind(AssertUnwindSafe(|| whole(bytes, choose)));
+    read.unwrap_or_else(|_| Err("it is a damaged Parquet file".to_owned()))
+}
+
+fn whole(bytes: &[u8], choose: &mut Choose<'_>) -> Result<Table, String> {
     let unread = |error: &dyn std::fmt::Display| format!("it is no Parquet file: {error}");
     let builder = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes));
     let builder = builder.map_err(|error| unread(&error))?;
