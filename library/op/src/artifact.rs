@@ -172,20 +172,21 @@ pub fn read_tensors(bytes: &[u8]) -> Result<(Tensors, BTreeMap<String, String>),
     Ok((Tensors { arrays }, metadata))
 }
 
-/// The arrays of any safetensors file as numbers, by name, with their shapes.
+/// The shape of an array and its numbers, last dimension fastest.
+pub type Numbers = (Vec<usize>, Vec<f64>);
+
+/// The arrays of any safetensors file as numbers, by name.
 ///
 /// # Errors
 /// What is wrong with it, for the author of a spec.
-pub fn read_numbers(bytes: &[u8]) -> Result<Vec<(String, Vec<usize>, Vec<f64>)>, String> {
+pub fn read_numbers(bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, String> {
     let unread = |error| format!("it is no safetensors file: {error}");
     let file = SafeTensors::deserialize(bytes).map_err(unread)?;
-    let mut arrays = Vec::new();
-    for (name, view) in file.iter() {
+    let arrays = file.iter().map(|(name, view)| {
         let numbers = numbers(&view).map_err(|why| format!("`{name}` {why}"))?;
-        arrays.push((name.to_owned(), view.shape().to_vec(), numbers));
-    }
-    arrays.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(arrays)
+        Ok((name.to_owned(), (view.shape().to_vec(), numbers)))
+    });
+    arrays.collect()
 }
 
 fn numbers(view: &TensorView<'_>) -> Result<Vec<f64>, String> {
@@ -291,7 +292,7 @@ mod tests {
         let check = |dtype: Dtype, data: &[u8], expected: Result<f64, &str>| {
             let view = TensorView::new(dtype, vec![1], data).unwrap();
             let bytes = safetensors::serialize([("a", view)], None).unwrap();
-            let expected = expected.map(|x| vec![("a".to_owned(), vec![1], vec![x])]);
+            let expected = expected.map(|x| [("a".to_owned(), (vec![1], vec![x]))].into());
             match expected {
                 Ok(arrays) => assert_eq!(read_numbers(&bytes), Ok(arrays)),
                 Err(why) => assert!(read_numbers(&bytes).unwrap_err().contains(why)),

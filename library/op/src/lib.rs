@@ -29,7 +29,9 @@ pub use arg::{
     Labelled, Literal, Many, MemberCount, Members, Named, NumericAxis, One, PortType,
 };
 pub use array::{Array, Dim, Labels};
-pub use artifact::{Artifact, Data, Tensors, distance, half, kind_of, read_numbers, read_tensors};
+pub use artifact::{
+    Artifact, Data, Numbers, Tensors, distance, half, kind_of, read_numbers, read_tensors,
+};
 pub use by_name::ByName;
 pub use decl::{
     ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, Takes, Ty,

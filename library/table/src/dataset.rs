@@ -1,5 +1,7 @@
 //! A table as observations.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use ivx_data::{Dataset, Form};
 
 use crate::classes::{Classes, classed};
@@ -48,11 +50,11 @@ pub fn dataset(
         inputs = choice.inputs_of(names)?;
         Ok(choice.wants(names, &inputs))
     })?;
-    // What is both is read once.
-    let take = |names: &[String]| {
-        let find = |name: &String| columns.columns.iter().position(|own| own.name == *name);
-        let places = names.iter().map(find).collect::<Option<Vec<_>>>();
-        places.expect("what is chosen is read")
+    // All that is chosen is read.
+    let read = columns.columns.iter().enumerate();
+    let read: BTreeMap<&str, usize> = read.map(|(i, own)| (own.name.as_str(), i)).collect();
+    let take = |names: &[String]| -> Vec<usize> {
+        names.iter().filter_map(|name| read.get(name.as_str()).copied()).collect()
     };
     let (inputs, targets) = (take(&inputs), take(&choice.targets));
     even(&columns)?;
@@ -69,8 +71,9 @@ impl Choice {
     /// # Errors
     /// If something is named that the table has not, or nothing is left.
     pub fn inputs_of(&self, names: &[String]) -> Result<Vec<String>, String> {
-        let named = self.targets.iter().chain(&self.inputs).chain(&self.one_hot);
-        if let Some(missing) = named.clone().find(|name| !names.contains(name)) {
+        let known: BTreeSet<&String> = names.iter().collect();
+        let mut named = self.targets.iter().chain(&self.inputs).chain(&self.one_hot);
+        if let Some(missing) = named.find(|name| !known.contains(name)) {
             return Err(format!("it has no column `{missing}`; it has {}", listed(names)));
         }
         let inputs = if self.inputs.is_empty() {
@@ -90,6 +93,7 @@ impl Choice {
 
     fn wants(&self, names: &[String], inputs: &[String]) -> Vec<Want> {
         let labelled = matches!(self.classes, Classes::Sorted | Classes::Listed(_));
+        let inputs: BTreeSet<&String> = inputs.iter().collect();
         let want = |name: &String| match (self.targets.contains(name), inputs.contains(name)) {
             (true, false) if labelled => Want::Texts,
             (_, true) if self.one_hot.contains(name) => Want::Texts,
@@ -154,7 +158,7 @@ fn fill(table: &mut Table, targets: &[usize], gaps: Gaps) -> Result<(), String> 
                         .map_err(|()| format!("`{name}` has no number to take the mean of"))?,
                     Gaps::Refused | Gaps::Dropped => {
                         return Err(format!(
-                            "observation {row} has NaN in `{name}`: a data set has finite numbers"
+                            "observation {row} has NaN in `{name}`, which is no number: {leave}"
                         ));
                     }
                 }

@@ -10,11 +10,11 @@ use crate::{npy, npz, text};
 pub enum Format {
     /// Text with a separator between cells.
     Text,
-    /// One array of NumPy.
+    /// One array of numpy.
     Npy,
     /// Several.
     Npz,
-    /// Named arrays.
+    /// Arrays by name.
     Safetensors,
     /// Columns of Apache Parquet.
     Parquet,
@@ -72,7 +72,7 @@ pub(crate) fn table(
     match Format::of(name) {
         Some(Format::Text) => text::read(bytes, style, choose),
         Some(Format::Parquet) => parquet(bytes, choose),
-        Some(Format::Npy) => chosen(across(npy::read("it", bytes).map_err(unquoted)?)?, choose),
+        Some(Format::Npy) => chosen(across(&npy::read("it", bytes).map_err(unquoted)?)?, choose),
         Some(Format::Npz | Format::Safetensors) => chosen(arrays(name, bytes)?, choose),
         None => Err(format!("its name ends in {TABLES}")),
     }
@@ -87,7 +87,7 @@ pub(crate) fn arrays(name: &str, bytes: &[u8]) -> Result<Vec<Column>, String> {
         Some(Format::Npy) => Ok(vec![npy::read("", bytes).map_err(unquoted)?]),
         Some(Format::Npz) => npz::read(bytes),
         _ => {
-            let arrays = read_numbers(bytes)?.into_iter().map(|(name, shape, numbers)| {
+            let arrays = read_numbers(bytes)?.into_iter().map(|(name, (shape, numbers))| {
                 let (len, item) = (shape.first().copied(), shape.iter().skip(1).copied());
                 Column { name, len, item: item.collect(), values: Values::Numbers(numbers) }
             });
@@ -97,7 +97,7 @@ pub(crate) fn arrays(name: &str, bytes: &[u8]) -> Result<Vec<Column>, String> {
 }
 
 /// What is wrong with the only array of a file.
-fn unquoted(why: String) -> String {
+fn unquoted(why: impl std::fmt::Display) -> String {
     format!("it {why}")
 }
 
@@ -109,7 +109,7 @@ fn chosen(columns: Vec<Column>, choose: &mut Choose<'_>) -> Result<Table, String
 }
 
 /// The columns of a matrix, called by their places.
-fn across(matrix: Column) -> Result<Vec<Column>, String> {
+fn across(matrix: &Column) -> Result<Vec<Column>, String> {
     let (Some(n), width) = (
         matrix.len,
         match matrix.item[..] {

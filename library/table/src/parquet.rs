@@ -1,6 +1,6 @@
 //! Columns of Apache Parquet.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arrow_array::cast::AsArray as _;
@@ -34,8 +34,9 @@ fn whole(bytes: &[u8], choose: &mut Choose<'_>) -> Result<Table, String> {
     let builder = builder.map_err(|error| unread(&error))?;
     let names: Vec<String> =
         builder.schema().fields().iter().map(|field| field.name().clone()).collect();
-    if let Some(again) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
-        return Err(format!("two columns are called `{}`", again.1));
+    let mut seen = BTreeSet::new();
+    if let Some(again) = names.iter().find(|name| !seen.insert(name.as_str())) {
+        return Err(format!("two columns are called `{again}`"));
     }
     let wants = choose(&names)?;
     let wanted = (0..names.len()).filter(|i| wants[*i] != Want::Nothing);
@@ -88,15 +89,12 @@ impl Reading {
             let Self::Texts(known, at) = self else { return Err("changes its kind".to_owned()) };
             for text in texts {
                 let text = text.unwrap_or_default();
-                let place = match known.get(text) {
-                    Some(place) => *place,
-                    None => {
-                        let next = u32::try_from(known.len()).expect("a file has few texts");
-                        known.insert(text.to_owned(), next);
-                        next
-                    }
-                };
-                at.push(place);
+                let next = u32::try_from(known.len()).expect("a file has few texts");
+                let place = known.get(text).copied();
+                if place.is_none() {
+                    known.insert(text.to_owned(), next);
+                }
+                at.push(place.unwrap_or(next));
             }
             return Ok(());
         }
@@ -176,6 +174,7 @@ mod tests {
         bytes
     }
 
+    #[expect(clippy::unnecessary_wraps, reason = "a choice may be refused")]
     fn all(names: &[String]) -> Result<Vec<Want>, String> {
         Ok(vec![Want::Numbers; names.len()])
     }

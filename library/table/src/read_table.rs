@@ -147,13 +147,13 @@ fn is_table(facts: &Facts<'_>) -> Result<(), Wrong> {
         let message = "labels of classes are one target, and here are several".to_owned();
         return wrong(arg, message, "name one in `target`");
     }
-    match read.len() <= SMALL {
-        true => read.read().map(drop).or_else(|why| {
-            let help = "mend the file, or say otherwise how it is to be read: `docs/data.md`";
-            wrong("file", format!("`{name}` is not as expected: {why}"), help)
-        }),
-        false => Ok(()),
+    if read.len() > SMALL {
+        return Ok(());
     }
+    read.read().map(drop).or_else(|why| {
+        let help = "mend the file, or say otherwise how it is to be read: `docs/data.md`";
+        wrong("file", format!("`{name}` is not as expected: {why}"), help)
+    })
 }
 
 fn twice(arg: &'static str, names: &[String]) -> Result<(), Wrong> {

@@ -69,13 +69,13 @@ impl Op for Standardised {
 /// Rows of `width` numbers on the scale of other rows.
 fn scaled(rows: &[f64], by: &[f64], width: usize) -> Vec<f64> {
     let scales: Vec<(f64, f64)> =
-        (0..width).map(|i| scale(by.iter().skip(i).step_by(width))).collect();
+        (0..width).map(|i| scale(&by.iter().skip(i).step_by(width))).collect();
     let place = rows.iter().enumerate();
     place.map(|(i, x)| (x - scales[i % width].0) / scales[i % width].1).collect()
 }
 
 /// The mean and the standard deviation of numbers; of those that are all the same that and 1.
-fn scale<'a>(xs: impl Iterator<Item = &'a f64> + Clone) -> (f64, f64) {
+fn scale<'a>(xs: &(impl Iterator<Item = &'a f64> + Clone)) -> (f64, f64) {
     #[expect(clippy::cast_precision_loss, reason = "observations are far below 2^53")]
     let n = xs.clone().count() as f64;
     let first = xs.clone().next().copied().unwrap_or_default();

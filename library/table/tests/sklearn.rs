@@ -52,11 +52,13 @@ fn asked(python: &PathBuf, what: &Value) -> Value {
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
-        .unwrap();
-    child.stdin.take().unwrap().write_all(what.to_string().as_bytes()).unwrap();
-    let said = child.wait_with_output().unwrap();
+        .expect("Python starts");
+    let mut stdin = child.stdin.take().expect("it is asked");
+    stdin.write_all(what.to_string().as_bytes()).expect("it listens");
+    drop(stdin);
+    let said = child.wait_with_output().expect("it ends");
     assert!(said.status.success());
-    serde_json::from_slice(&said.stdout).unwrap()
+    serde_json::from_slice(&said.stdout).expect("it speaks JSON")
 }
 
 /// Numbers from -1 to 1 that look random.
@@ -64,7 +66,8 @@ fn noise(n: usize, seed: u64) -> Vec<f64> {
     let mut bits = seed;
     let next = std::iter::repeat_with(move || {
         bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        f64::from(u32::try_from(bits >> 32).unwrap()) / f64::from(1_u32 << 31) - 1.0
+        f64::from(u32::try_from(bits >> 32).expect("half of the bits")) / f64::from(1_u32 << 31)
+            - 1.0
     });
     next.take(n).collect()
 }

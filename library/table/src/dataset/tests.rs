@@ -121,6 +121,14 @@ fn images_keep_their_shape() {
 }
 
 #[test]
+fn many_columns_take_no_longer_each() {
+    let names: Vec<String> = (0..50_000).map(|i| format!("c{i}")).collect();
+    let row = "1,".repeat(50_000);
+    let wide = csv(&format!("{},y\n{row}2\n", names.join(",")), &choice(&["y"])).unwrap();
+    assert_eq!((wide.form.input, wide.y), (vec![50_000], vec![2.0]));
+}
+
+#[test]
 fn what_is_there_instead_is_told() {
     let check = |found: Result<Dataset, String>, expected: &str| {
         let why = found.unwrap_err();

@@ -3,6 +3,7 @@
 use ivx_op::{is_rounded, too_large};
 
 /// What a cell holds.
+#[derive(Clone, Copy)]
 pub(super) enum Cell {
     /// A number.
     Number(f64),

@@ -182,15 +182,12 @@ fn add(
                 let text =
                     text.map_err(|_| format!(", column `{}`: it is not UTF-8 text", names[i]))?;
                 let text = cell::plain(text).as_bytes();
-                let place = match known.get(text) {
-                    Some(place) => *place,
-                    None => {
-                        let next = u32::try_from(known.len()).expect("a file has few texts");
-                        known.insert(text.to_vec(), next);
-                        next
-                    }
-                };
-                at.push(place);
+                let next = u32::try_from(known.len()).expect("a file has few texts");
+                let place = known.get(text).copied();
+                if place.is_none() {
+                    known.insert(text.to_vec(), next);
+                }
+                at.push(place.unwrap_or(next));
             }
         }
     }

@@ -15,7 +15,7 @@ pub(super) fn line_of(bytes: &[u8], at: usize) -> usize {
 /// The line that a byte stands on, from 1, whatever ends lines.
 pub(super) fn line_at(bytes: &[u8], at: usize) -> usize {
     let before = bytes.get(..at).unwrap_or(bytes);
-    let new = before.iter().filter(|byte| **byte == b'\n').count();
+    let new = before.split(|byte| *byte == b'\n').count() - 1;
     let alone = |pair: &[u8]| pair[0] == b'\r' && pair[1] != b'\n';
     let returns = before.windows(2).filter(|pair| alone(pair)).count();
     let last = before.last() == Some(&b'\r') && bytes.get(at) != Some(&b'\n');
