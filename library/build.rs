@@ -17,6 +17,7 @@ fn main() {
         "world/src",
         "foreign/src",
         "figure/src",
+        "table/src",
     ] {
         println!("cargo::rerun-if-changed={folder}");
         collect(Path::new(folder), &mut files);

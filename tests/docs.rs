@@ -16,6 +16,7 @@ fn the_specs_in_documents_do_what_they_should() {
     for (path, least) in [
         ("README.md", 1),
         ("docs/language.md", 15),
+        ("docs/data.md", 5),
         ("docs/command.md", 3),
         ("docs/agents.md", 3),
         ("docs/learners.md", 2),

@@ -2,7 +2,7 @@
 //!
 //! What follows ` ```ivx ` says what a block is: nothing for one that checks without a word, `run`
 //! for one that runs, `fails=IVX0302` for one with that fault and no other, `file=world.ivx` for a
-//! file that the blocks after it can use. So does ` ```sh,file=run.sh `, for other files. `python` is
+//! file that the blocks after it can use. So do ` ```sh,file=run.sh ` and ` ```csv,file=data.csv `, for other files. `python` is
 //! for one that has no fault but that Python with gymnasium is not found, and none where `IVX_PYTHON` names one.
 
 use ivx_grammar::Code;
@@ -69,11 +69,13 @@ pub(crate) struct Block<'a> {
 /// The blocks of a document that are tried, in order.
 pub(crate) fn blocks(document: &str) -> Vec<Block<'_>> {
     let mut blocks = Vec::new();
-    let starts = ["\n```ivx", "\n```sh,file="].map(|fence| document.match_indices(fence));
+    let starts =
+        ["\n```ivx", "\n```sh,file=", "\n```csv,file="].map(|fence| document.match_indices(fence));
     let mut starts: Vec<usize> = starts.into_iter().flatten().map(|(at, _)| at).collect();
     starts.sort_unstable();
     for at in starts {
-        let fence = ["\n```ivx", "\n```sh"].into_iter().find(|f| document[at..].starts_with(f));
+        let fence =
+            ["\n```ivx", "\n```sh", "\n```csv"].into_iter().find(|f| document[at..].starts_with(f));
         let fence = fence.expect("it begins with one of them");
         let (info, rest) = document[at + fence.len()..].split_once('\n').expect("a block has text");
         let text = rest.split_once("\n```").expect("a block ends").0;

@@ -7,6 +7,7 @@ mod cases;
 mod claims;
 mod command;
 mod corpus;
+mod data;
 mod design;
 mod docs;
 mod editors;

@@ -21,22 +21,21 @@ pub(crate) fn run(text: &str, registry: &Registry) {
     if runs(&faults) {
         lawful(text, &tree);
     }
-    // What lies outside is found, whatever it is called.
-    let externals = externals(&ast, registry).into_iter().map(|Outside { kind, name, .. }| {
-        let found = Ok(Arc::new(external(kind, &name.value)));
-        (known_as(kind, &name), found)
-    });
-    let externals = externals.collect();
     let file = File {
         path: "spec.ivx".to_owned(),
         stem: "spec".to_owned(),
         text: text.to_owned(),
         ast,
-        externals,
         ..File::default()
     };
+    let mut project = Project { files: vec![file] };
+    // What lies outside is found, whatever it is called.
+    for (_, Outside { kind, name, .. }) in externals(&project, registry) {
+        let found = Ok(Arc::new(external(kind, &name.value)));
+        project.files[0].externals.insert(known_as(kind, &name), found);
+    }
     let settings = Settings { max_nodes: Some(MOST_NODES), ..Settings::default() };
-    let (spec, more) = check(&Project { files: vec![file] }, registry, &settings);
+    let (spec, more) = check(&project, registry, &settings);
     if runs(&faults) && runs(&more) {
         let plan = expand(&spec, registry);
         assert!(plan.graph.node_count() <= MOST_NODES, "{text}");

@@ -178,6 +178,8 @@ fn every_node_has_an_address_of_its_own() {
     let project = Project::with(&[
         ("every_op.ivx", include_str!("specs/every_op.ivx")),
         ("paper.ron", include_str!("specs/paper.ron")),
+        ("table.csv", include_str!("specs/table.csv")),
+        ("gaps.csv", include_str!("specs/gaps.csv")),
     ]);
     let said = project.run("plan", "every_op.ivx", &["--nodes"]);
     let mut addresses: Vec<&str> =

@@ -24,6 +24,8 @@ fn an_output_that_moves_raises_a_version() {
     let project = Project::with(&[
         ("every_op.ivx", include_str!("specs/every_op.ivx")),
         ("paper.ron", include_str!("specs/paper.ron")),
+        ("table.csv", include_str!("specs/table.csv")),
+        ("gaps.csv", include_str!("specs/gaps.csv")),
     ]);
     project.executed("every_op.ivx", &[]);
     let registry = ivx_library::registry();

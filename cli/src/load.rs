@@ -53,6 +53,7 @@ pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> 
     };
     let text = source::text(&path).map_err(unread)?;
     loader.file(&path, text);
+    loader.outside();
     Ok(loader.loaded)
 }
 
@@ -82,7 +83,6 @@ impl Loader<'_> {
             .collect();
         let mut named_texts = Vec::new();
         published(&ast.items, &mut named_texts);
-        let outside = externals(&ast, self.registry);
         let stem = project::stem(path);
         self.loaded.project.files.push(File {
             path: shown,
@@ -101,13 +101,6 @@ impl Loader<'_> {
             }
         }
         self.open.pop();
-        for outside in outside {
-            let id = known_as(outside.kind, &outside.name);
-            if !self.loaded.project.files[index].externals.contains_key(&id) {
-                let found = self.external(path, &outside).map(Arc::new);
-                self.loaded.project.files[index].externals.insert(id, found);
-            }
-        }
         for name in named_texts {
             let place =
                 self.place(path, &name).map_err(|fault| self.loaded.diagnostics.push(fault));
@@ -116,6 +109,19 @@ impl Loader<'_> {
             texts.extend(text.map(|text| (name.value, text)));
         }
         index
+    }
+
+    /// Looks up what the files name outside of them, each relative to the one that it is written in.
+    fn outside(&mut self) {
+        let paths: BTreeMap<usize, PathBuf> =
+            self.known.iter().map(|(path, index)| (*index, path.clone())).collect();
+        for (index, outside) in externals(&self.loaded.project, self.registry) {
+            let id = known_as(outside.kind, &outside.name);
+            if !self.loaded.project.files[index].externals.contains_key(&id) {
+                let found = self.external(&paths[&index], &outside).map(Arc::new);
+                self.loaded.project.files[index].externals.insert(id, found);
+            }
+        }
     }
 
     /// The file that `name` means in the file at `from`.

@@ -3,7 +3,8 @@
 use ivx_op::{Args, Decl, ExternalKind, Lit, Part, Registry};
 
 use crate::Spanned;
-use crate::ast::{Ast, AxisExpr, Expr, ExprKind, Item, ItemKind, Name};
+use crate::ast::{AxisExpr, Expr, ExprKind, Item, ItemKind, Name};
+use crate::check::{Project, Scopes};
 
 /// Something that a call names outside the spec.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,30 +26,88 @@ pub fn known_as(kind: ExternalKind, name: &Spanned<String>) -> (ExternalKind, St
     }
 }
 
-/// The names in quotes that calls of a file give to arguments which name something outside.
+/// The names in quotes that calls give to arguments which name something outside, each with the place of the file that
+/// it is written in.
 ///
-/// Only what stands inside the argument itself is found: where a name comes from a parameter or an
-/// axis, the checker asks for it in place.
+/// What stands inside the argument itself is found, and what stands in the coordinates of an axis that it names; where a
+/// name comes from a parameter, the checker asks for it in place.
 #[must_use]
-pub fn externals(ast: &Ast, registry: &Registry) -> Vec<Outside> {
+pub fn externals(project: &Project, registry: &Registry) -> Vec<(usize, Outside)> {
+    // What is wrong with names is told by the check.
+    let scopes = Scopes::of(project, &mut Vec::new());
     let mut found = Vec::new();
-    let mut todo = Vec::new();
-    items(&ast.items, &mut todo);
+    for (scope, own) in scopes.all.iter().enumerate() {
+        let file = scopes.file_of(scope);
+        let mut todo = Vec::new();
+        items(own.items, &mut todo);
+        while let Some(expr) = todo.pop() {
+            if let ExprKind::Call { name, args } = &expr.kind
+                && let Some(decl) = registry.decl(&name.value)
+            {
+                for (place, kind) in decl.externals() {
+                    let given = args.iter().enumerate().filter(|(i, (name, _))| match name {
+                        Some(name) => name.value == decl.args[place].name,
+                        None => *i == place,
+                    });
+                    let beside = beside(decl, place, args);
+                    for (_, (_, expr)) in given {
+                        let outside = |name| Outside { kind, name, beside: beside.clone() };
+                        found.extend(names(expr).into_iter().map(|name| (file, outside(name))));
+                        if kind != ExternalKind::Foreign {
+                            let along = in_axes(&scopes, scope, expr).into_iter();
+                            found.extend(along.map(|(file, name)| (file, outside(name))));
+                        }
+                    }
+                }
+            }
+            children(expr, &mut todo);
+        }
+    }
+    found
+}
+
+/// The names in quotes in the coordinates of the axes that an argument names, each with its file. Of an axis with fields
+/// they are those of the field that is read.
+fn in_axes(scopes: &Scopes<'_>, scope: usize, expr: &Expr) -> Vec<(usize, Spanned<String>)> {
+    let mut found = Vec::new();
+    let mut todo = vec![expr];
     while let Some(expr) = todo.pop() {
-        if let ExprKind::Call { name, args } = &expr.kind
-            && let Some(decl) = registry.decl(&name.value)
+        let (base, field) = match &expr.kind {
+            ExprKind::Field { base, name } => (&**base, Some(name.value.as_str())),
+            _ => (expr, None),
+        };
+        if let ExprKind::Name(name) = &base.kind
+            && let Some((declared, item)) = scopes.find(scope, name)
+            && let ItemKind::Axis { fields, values, .. } = &item.kind
         {
-            for (place, kind) in decl.externals() {
-                let given = args.iter().enumerate().filter(|(i, (name, _))| match name {
-                    Some(name) => name.value == decl.args[place].name,
-                    None => *i == place,
-                });
-                let given = given.flat_map(|(_, (_, expr))| names(expr));
-                let beside = beside(decl, place, args);
-                found.extend(given.map(|name| Outside { kind, name, beside: beside.clone() }));
+            let file = scopes.file_of(declared);
+            let coords: Vec<&Expr> = match values {
+                AxisExpr::Range(..) => Vec::new(),
+                AxisExpr::Labelled(values, _) => values.iter().map(|(_, value)| value).collect(),
+                AxisExpr::List(Expr { kind: ExprKind::List(items), .. }) => items.iter().collect(),
+                AxisExpr::List(_) => Vec::new(),
+            };
+            let place = fields.iter().position(|own| Some(own.value.as_str()) == field);
+            for coord in coords {
+                let value = match (&coord.kind, field) {
+                    (ExprKind::Record(items), Some(field)) => {
+                        items.iter().enumerate().find_map(|(i, (name, value))| {
+                            let is_meant = match name {
+                                Some(name) => name.value == field,
+                                None => Some(i) == place,
+                            };
+                            is_meant.then_some(value)
+                        })
+                    }
+                    _ => Some(coord),
+                };
+                let own = value.into_iter().flat_map(names);
+                found.extend(own.map(|name| (file, name)));
             }
         }
-        children(expr, &mut todo);
+        if !matches!(expr.kind, ExprKind::Call { .. }) {
+            children(expr, &mut todo);
+        }
     }
     found
 }
@@ -96,11 +155,10 @@ fn plain(expr: &Expr) -> Option<Lit> {
     })
 }
 
-/// The expressions of items, in experiments too.
+/// The expressions of items. Experiments have items of their own.
 fn items<'a>(items_of: &'a [Item], todo: &mut Vec<&'a Expr>) {
     for item in items_of {
         match &item.kind {
-            ItemKind::Experiment { items: inner, .. } => items(inner, todo),
             ItemKind::Param { value, .. }
             | ItemKind::Measure { value, .. }
             | ItemKind::Figure { value, .. }
@@ -119,7 +177,8 @@ fn items<'a>(items_of: &'a [Item], todo: &mut Vec<&'a Expr>) {
                 AxisExpr::Labelled(values, _) => todo.extend(values.iter().map(|(_, v)| v)),
                 AxisExpr::List(list) => todo.push(list),
             },
-            ItemKind::Use { .. }
+            ItemKind::Experiment { .. }
+            | ItemKind::Use { .. }
             | ItemKind::Include { .. }
             | ItemKind::Published { .. }
             | ItemKind::Junk { .. } => {}

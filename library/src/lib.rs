@@ -34,5 +34,6 @@ pub fn registry() -> Registry {
     let registry = agent::register(registry);
     let registry = metric::register(registry);
     let registry = command::register(registry);
+    let registry = ivx_table::register(registry);
     ivx_figure::register(registry)
 }

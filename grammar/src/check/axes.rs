@@ -33,6 +33,12 @@ impl Axes {
         self.declared.get(&(scope, name.to_owned())) == Some(&None)
     }
 
+    /// The scope that declares an axis.
+    pub(super) fn declared_in(&self, axis: AxisId) -> Option<usize> {
+        let found = self.declared.iter().find(|(_, own)| **own == Some(axis));
+        found.map(|((scope, _), _)| *scope)
+    }
+
     pub(super) fn declare(&mut self, scope: usize, name: &str, axis: Option<AxisId>) {
         self.declared.insert((scope, name.to_owned()), axis);
     }

@@ -222,7 +222,7 @@ impl Checker<'_> {
         if extreme
             || bent
             || op.stochastic
-            || matches!(out.dims, Dims::Fixed(_))
+            || matches!(out.dims, Dims::Fixed(_) | Dims::Named(_))
             || op.args.values().any(Desc::holds)
             || decl.args.iter().any(collects)
         {

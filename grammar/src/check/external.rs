@@ -7,7 +7,7 @@ use super::expr::At;
 use super::value::{Fit, Val, fit};
 use crate::ast::{self, ExprKind};
 use crate::external::{known_as, names};
-use crate::ir::Desc;
+use crate::ir::{AxisId, Desc, Place};
 use crate::{Code, Diagnostic, Span};
 
 impl<'a> Checker<'a> {
@@ -59,8 +59,8 @@ impl<'a> Checker<'a> {
             file.externals.get(&known_as(kind, written))
         };
         let (mut faults, mut foreign) = (Vec::new(), false);
-        let mut changed = desc.change(&mut |desc| match desc {
-            Desc::Lit(lit) => Some(Desc::Lit(look_up(lit, &mut |name| {
+        let mut changed = desc.change(&mut |desc| match (desc, coordinates_of(desc)) {
+            (Desc::Lit(lit), _) => Some(Desc::Lit(look_up(lit, &mut |name| {
                 match find(name) {
                     Some(Ok(found)) => return Some(Lit::External(found.clone())),
                     Some(Err(fault)) => faults.push(fault.clone()),
@@ -68,17 +68,41 @@ impl<'a> Checker<'a> {
                 }
                 None
             }))),
-            Desc::Axis(_) | Desc::Field(..) => {
+            (_, Some(axis)) if kind != ExternalKind::Foreign => {
+                // Names of coordinates are written where the axis is declared.
+                let found = self.axes.declared_in(self.axes.whole(axis));
+                let file = found.map(|scope| &self.source.files()[self.scopes.file_of(scope)]);
+                let mut find = |name: &str| {
+                    match file.and_then(|file| file.externals.get(&(kind, name.to_owned()))) {
+                        Some(Ok(found)) => return Some(Lit::External(found.clone())),
+                        Some(Err(fault)) => faults.push(fault.clone()),
+                        None => foreign = true,
+                    }
+                    None
+                };
+                let places = 0..self.program.axis(axis).coords.len();
+                let arms = places.map(|place| {
+                    let at = Place::from([(axis, place)]);
+                    let lit = desc.eval(self.program.axes(), &at).expect("it computes nothing");
+                    Desc::Lit(look_up(&lit, &mut find))
+                });
+                Some(Desc::Match(axis, arms.collect()))
+            }
+            (Desc::Axis(_) | Desc::Field(..), _) => {
                 foreign = true;
                 None
             }
             _ => None,
         });
+        faults.sort_by_key(|fault: &Diagnostic| fault.labels.first().map(|label| label.span.start));
+        faults.dedup();
         if foreign {
             let message =
                 format!("`{}.{}` is named where it is used, in quotes", decl.name, arg.name);
             let fault = Diagnostic::new(Code::NotLiteral, span, message, "named elsewhere");
-            faults.push(fault.help("write the name here; `match` chooses among several"));
+            faults.push(fault.help(
+                "write the name here, or in the coordinates of an axis; `match` chooses among several",
+            ));
         }
         changed = super::value::fold(changed);
         let sound = faults.is_empty();
@@ -86,6 +110,15 @@ impl<'a> Checker<'a> {
             self.faults.add(fault);
         }
         sound.then_some(changed)
+    }
+}
+
+/// The axis whose coordinates, or a field of which, a description is.
+fn coordinates_of(desc: &Desc) -> Option<AxisId> {
+    match desc {
+        Desc::Axis(axis) => Some(*axis),
+        Desc::Field(record, _) => coordinates_of(record),
+        _ => None,
     }
 }
 

@@ -62,7 +62,7 @@ use library::Library;
 use lookup::Names;
 use param::Params;
 use program::Program;
-use scope::Scopes;
+pub(crate) use scope::Scopes;
 use source::Source;
 use value::Val;
 

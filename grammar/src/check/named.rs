@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use ivx_op::{ArgDecl, Decl};
+
 use super::Checker;
 use super::expr::At;
 use super::scope::name_of;
@@ -45,6 +47,60 @@ impl<'a> Checker<'a> {
             }
             _ => Named { name, axis: None, lost: false, span },
         }
+    }
+
+    /// The new names that an argument gives to dimensions; none if one cannot be.
+    pub(super) fn new_dims(
+        &mut self,
+        at: &At,
+        decl: &Decl,
+        arg: &ArgDecl,
+        given: Option<&'a ast::Expr>,
+    ) -> Option<Vec<String>> {
+        let items = match given.map(|expr| (&expr.kind, expr)) {
+            None => &[],
+            Some((ExprKind::List(items), _)) => items.as_slice(),
+            Some((_, expr)) => std::slice::from_ref(expr),
+        };
+        let mut names: Vec<String> = Vec::new();
+        for item in items {
+            let fault = |code, message, label: &str, help: String| {
+                Diagnostic::new(code, item.span, message, label).help(help)
+            };
+            let what = format!("`{}.{}`", decl.name, arg.name);
+            let fault = match &item.kind {
+                ExprKind::Name(name)
+                    if at.locals.contains_key(name)
+                        || self.scopes.find(at.scope, name).is_some() =>
+                {
+                    let message = format!("{what} gives new names, and `{name}` is declared");
+                    let help = "give the dimension another name".to_owned();
+                    fault(Code::Shadowing, message, "means something else", help)
+                }
+                ExprKind::Name(name) if names.contains(name) => {
+                    let message = format!("{what} has `{name}` twice");
+                    let help = "each dimension has a name of its own".to_owned();
+                    fault(Code::TwiceGiven, message, "named again", help)
+                }
+                ExprKind::Name(name) => {
+                    names.push(name.clone());
+                    continue;
+                }
+                ExprKind::Str(name) => {
+                    let message = format!("{what} takes names of dimensions");
+                    let help = format!("write it without quotes: `{name}`");
+                    fault(Code::Type, message, "not a name", help)
+                }
+                _ => {
+                    let message = format!("{what} takes names of dimensions");
+                    let help = format!("write `{}: [row, column]`", arg.name);
+                    fault(Code::Type, message, "not a name", help)
+                }
+            };
+            self.fault(fault);
+            return None;
+        }
+        Some(names)
     }
 
     fn named_by(&mut self, scope: usize, item: &'a Item, span: Span) -> Named<'a> {

@@ -35,6 +35,8 @@ struct Given<'a> {
     fed: Vec<Fed<'a>>,
     /// The axes that each axis argument names.
     named: Vec<(&'a ArgDecl, Vec<Named<'a>>)>,
+    /// The new names that each argument gives to dimensions of the result.
+    dims: Vec<(&'a ArgDecl, Vec<String>)>,
     /// The axis and the field that group.
     groups: Option<(Named<'a>, &'a str, Span)>,
     /// How many members the operation itself asks for.
@@ -52,7 +54,7 @@ impl<'a> Checker<'a> {
         span: Span,
     ) -> Val {
         let Some(given) = self.given(&at.inside(decl.name), decl, args) else { return Val::Poison };
-        let Given { mut descs, fed, named, groups, members } = given;
+        let Given { mut descs, fed, named, dims, groups, members } = given;
         let Ok(members) = self.members_of(&descs, members.as_ref(), span) else {
             return Val::Poison;
         };
@@ -131,10 +133,14 @@ impl<'a> Checker<'a> {
             let names = Lit::List(names.into_iter().map(Lit::Text).collect());
             descs.insert(arg.name.to_owned(), Desc::Lit(names));
         }
+        for (arg, names) in &dims {
+            let names = Lit::List(names.iter().cloned().map(Lit::Text).collect());
+            descs.insert(arg.name.to_owned(), Desc::Lit(names));
+        }
         let Ok(shapes) = self.go_together((at, decl, span), args, &descs, &ports) else {
             return Val::Poison;
         };
-        let dims = self.dims(out.dims, &fed, &taken);
+        let dims = self.dims(out.dims, &fed, &taken, &dims);
         if !self.apart(&axes, &dims, span) {
             return Val::Poison;
         }
@@ -149,7 +155,7 @@ impl<'a> Checker<'a> {
         };
         let id = self.push(expr, span);
         self.shapes.note(id, shapes);
-        if !matches!(out.dims, Dims::Fixed(_)) {
+        if !matches!(out.dims, Dims::Fixed(_) | Dims::Named(_)) {
             self.inherit_labels(id, fed.iter().flat_map(|feed| &feed.exprs).map(|(id, ..)| *id));
         }
         Val::Artifact(id)
@@ -179,6 +185,11 @@ impl<'a> Checker<'a> {
                     let names = self.axis_names(at, decl, arg, *given);
                     sound &= names.is_some();
                     all.named.push((*arg, names.unwrap_or_default()));
+                }
+                (ArgKind::Dims, given) => {
+                    let names = self.new_dims(at, decl, arg, *given);
+                    sound &= names.is_some();
+                    all.dims.push((*arg, names.unwrap_or_default()));
                 }
                 (kind, given) => match self.literal_arg(at, decl, arg, *given) {
                     Some(desc) if *kind == ArgKind::Members => all.members = Some(desc),
@@ -349,7 +360,13 @@ impl<'a> Checker<'a> {
         Some(names)
     }
 
-    fn dims(&self, dims: Dims, fed: &[Fed<'_>], taken: &[&str]) -> Vec<String> {
+    fn dims(
+        &self,
+        dims: Dims,
+        fed: &[Fed<'_>],
+        taken: &[&str],
+        new: &[(&ArgDecl, Vec<String>)],
+    ) -> Vec<String> {
         let of_port = |port: &str| {
             let fed = fed.iter().find(|feed| feed.name == port);
             fed.and_then(|feed| feed.exprs.first())
@@ -358,6 +375,10 @@ impl<'a> Checker<'a> {
         };
         match dims {
             Dims::Fixed(dims) => dims.iter().map(ToString::to_string).collect(),
+            Dims::Named(arg) => {
+                let named = new.iter().find(|(own, _)| own.name == arg);
+                named.map(|(_, names)| names.clone()).unwrap_or_default()
+            }
             Dims::Union { add } => {
                 let mut all: Vec<String> = Vec::new();
                 for feed in fed {

@@ -11,8 +11,8 @@ use crate::{Code, Diagnostic, suggest};
 type Imports<'a> = BTreeMap<&'a str, (usize, &'a str, Option<crate::Span>)>;
 
 /// The scopes of a project: first one a file, then one an experiment.
-pub(super) struct Scopes<'a> {
-    pub(super) all: Vec<Scope<'a>>,
+pub(crate) struct Scopes<'a> {
+    pub(crate) all: Vec<Scope<'a>>,
     /// The scopes of the experiments to run, in the order of inclusion.
     pub(super) experiments: Vec<usize>,
     /// The scopes of all experiments, by the file and the name.
@@ -22,7 +22,7 @@ pub(super) struct Scopes<'a> {
 }
 
 /// The names of a file or an experiment.
-pub(super) struct Scope<'a> {
+pub(crate) struct Scope<'a> {
     /// What addresses begin with: the file's stem or the experiment's name.
     pub(super) name: String,
     /// The item that declares an experiment.
@@ -32,7 +32,7 @@ pub(super) struct Scope<'a> {
     /// What is declared here, by name.
     pub(super) names: BTreeMap<&'a str, &'a Item>,
     /// All items, in order.
-    pub(super) items: &'a [Item],
+    pub(crate) items: &'a [Item],
     /// What profiles set, by parameter: the profile and the value.
     pub(super) sets: BTreeMap<&'a str, Vec<(&'a str, &'a Expr)>>,
     /// Names of other files: the file's scope and the name there.
@@ -44,7 +44,7 @@ pub(super) struct Scope<'a> {
 
 impl<'a> Scopes<'a> {
     /// The scopes of a project. Names declared twice are reported.
-    pub(super) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
+    pub(crate) fn of(project: &'a Project, diagnostics: &mut Vec<Diagnostic>) -> Self {
         let mut scopes = Self {
             all: Vec::new(),
             experiments: Vec::new(),
@@ -75,7 +75,7 @@ impl<'a> Scopes<'a> {
     }
 
     /// The file that a scope is or lies in.
-    pub(super) fn file_of(&self, scope: usize) -> usize {
+    pub(crate) fn file_of(&self, scope: usize) -> usize {
         self.all[scope].parent.unwrap_or(scope)
     }
 
@@ -93,7 +93,7 @@ impl<'a> Scopes<'a> {
     }
 
     /// Where a name seen from `scope` is declared.
-    pub(super) fn find(&self, scope: usize, name: &str) -> Option<(usize, &'a Item)> {
+    pub(crate) fn find(&self, scope: usize, name: &str) -> Option<(usize, &'a Item)> {
         let here = &self.all[scope];
         if let Some(item) = here.names.get(name) {
             return Some((scope, item));

@@ -188,6 +188,19 @@ impl Arg for AxisNames {
     }
 }
 
+/// Names that dimensions of the result get; an operation says by [`Dims::Named`](crate::Dims::Named) that it has them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DimNames(pub Vec<String>);
+
+impl Arg for DimNames {
+    fn kind() -> ArgKind {
+        ArgKind::Dims
+    }
+    fn take(call: &Call, name: &'static str) -> Result<Self, ArgError> {
+        Vec::take(call, name).map(Self)
+    }
+}
+
 /// The name of one axis or dimension whose labels are numbers, as the gathered values bear it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NumericAxis(pub String);

@@ -10,7 +10,7 @@ use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::{FieldDecl, Shapes};
+use crate::{FieldDecl, Shapes, exact, too_large};
 
 /// A value that can travel along an edge of the graph and lie in the cache.
 ///
@@ -172,6 +172,65 @@ pub fn read_tensors(bytes: &[u8]) -> Result<(Tensors, BTreeMap<String, String>),
     Ok((Tensors { arrays }, metadata))
 }
 
+/// The shape of an array and its numbers, last dimension fastest.
+pub type Numbers = (Vec<usize>, Vec<f64>);
+
+/// The arrays of any safetensors file as numbers, by name.
+///
+/// # Errors
+/// What is wrong with it, for the author of a spec.
+pub fn read_numbers(bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, String> {
+    let unread = |error| format!("it is no safetensors file: {error}");
+    let file = SafeTensors::deserialize(bytes).map_err(unread)?;
+    let arrays = file.iter().map(|(name, view)| {
+        let numbers = numbers(&view).map_err(|why| format!("`{name}` {why}"))?;
+        Ok((name.to_owned(), (view.shape().to_vec(), numbers)))
+    });
+    arrays.collect()
+}
+
+fn numbers(view: &TensorView<'_>) -> Result<Vec<f64>, String> {
+    macro_rules! each {
+        ($ty:ty, $number:expr) => {{
+            let (chunks, _) = view.data().as_chunks();
+            let number: fn($ty) -> Result<f64, String> = $number;
+            chunks.iter().map(|bytes| number(<$ty>::from_le_bytes(*bytes))).collect()
+        }};
+    }
+    match view.dtype() {
+        Dtype::F64 => each!(f64, Ok),
+        Dtype::F32 => each!(f32, |x| Ok(f64::from(x))),
+        Dtype::F16 => each!(u16, |bits| Ok(half(bits))),
+        // The upper half of a number in single precision.
+        Dtype::BF16 => each!(u16, |bits| Ok(f64::from(f32::from_bits(u32::from(bits) << 16)))),
+        Dtype::BOOL | Dtype::U8 => each!(u8, |n| Ok(f64::from(n))),
+        Dtype::I8 => each!(i8, |n| Ok(f64::from(n))),
+        Dtype::I16 => each!(i16, |n| Ok(f64::from(n))),
+        Dtype::U16 => each!(u16, |n| Ok(f64::from(n))),
+        Dtype::I32 => each!(i32, |n| Ok(f64::from(n))),
+        Dtype::U32 => each!(u32, |n| Ok(f64::from(n))),
+        Dtype::I64 => each!(i64, |n| exact(n).ok_or_else(|| too_large(n))),
+        Dtype::U64 => each!(u64, |n| {
+            let number = i64::try_from(n).ok().and_then(exact);
+            number.ok_or_else(|| too_large(n))
+        }),
+        other => Err(format!("is of {other:?}, which is not read")),
+    }
+}
+
+/// The number of IEEE 754 in half precision that some bits are.
+#[must_use]
+pub fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (bits >> 10 & 0x1f, f64::from(bits & 0x3ff));
+    let size = match exponent {
+        0 => fraction * (-24.0_f64).exp2(),
+        0x1f if fraction == 0.0 => f64::INFINITY,
+        0x1f => f64::NAN,
+        _ => (fraction + 1024.0) * (f64::from(exponent) - 25.0).exp2(),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
 /// The kind of an artifact file; `None` if it is none.
 #[must_use]
 pub fn kind_of(bytes: &[u8]) -> Option<String> {
@@ -227,6 +286,34 @@ fn relative(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_every_size_are_read() {
+        let check = |dtype: Dtype, data: &[u8], expected: Result<f64, &str>| {
+            let view = TensorView::new(dtype, vec![1], data).unwrap();
+            let bytes = safetensors::serialize([("a", view)], None).unwrap();
+            let expected = expected.map(|x| [("a".to_owned(), (vec![1], vec![x]))].into());
+            match expected {
+                Ok(arrays) => assert_eq!(read_numbers(&bytes), Ok(arrays)),
+                Err(why) => assert!(read_numbers(&bytes).unwrap_err().contains(why)),
+            }
+        };
+        check(Dtype::F64, &0.1_f64.to_le_bytes(), Ok(0.1));
+        check(Dtype::F32, &0.5_f32.to_le_bytes(), Ok(0.5));
+        // As NumPy and PyTorch read them: a third, minus two, the largest.
+        check(Dtype::F16, &0x3555_u16.to_le_bytes(), Ok(0.333_251_953_125));
+        check(Dtype::F16, &0xc000_u16.to_le_bytes(), Ok(-2.0));
+        check(Dtype::F16, &0x7bff_u16.to_le_bytes(), Ok(65504.0));
+        check(Dtype::F16, &1_u16.to_le_bytes(), Ok(5.960_464_477_539_063e-8));
+        check(Dtype::BF16, &0xc000_u16.to_le_bytes(), Ok(-2.0));
+        check(Dtype::BOOL, &[1], Ok(1.0));
+        check(Dtype::I8, &[255], Ok(-1.0));
+        check(Dtype::U16, &[1, 1], Ok(257.0));
+        check(Dtype::I64, &(-7_i64).to_le_bytes(), Ok(-7.0));
+        check(Dtype::I64, &i64::MAX.to_le_bytes(), Err("`a` holds 9223372036854775807"));
+        check(Dtype::U64, &u64::MAX.to_le_bytes(), Err("too large to be exact"));
+        assert!(read_numbers(b"{}").unwrap_err().contains("no safetensors file"));
+    }
 
     #[test]
     fn numbers_may_be_close_and_nothing_else() {

@@ -133,6 +133,8 @@ pub enum Dims {
         /// Dimensions that take the place of those taken away.
         add: &'static [&'static str],
     },
+    /// Those that an argument names.
+    Named(&'static str),
 }
 
 /// One argument of an operation or part.
@@ -180,6 +182,8 @@ pub enum ArgKind {
     Axes,
     /// The name of one axis or dimension whose labels are numbers.
     NumericAxis,
+    /// A new name for a dimension of the result, or a list of them.
+    Dims,
     /// The field of an axis that vanishes by whose values its coordinates are grouped, as in
     /// `task.scene`. Each group is a node of its own, so that no node knows it.
     Groups,
@@ -334,6 +338,7 @@ impl fmt::Display for OutDecl {
             Dims::Fixed(dims) => write!(f, "[{}]", dims.join(", ")),
             Dims::Union { .. } => f.write_str("[..]"),
             Dims::Reduced { port, add: [] } => write!(f, "[those of {port} but over]"),
+            Dims::Named(arg) => write!(f, "[{arg}]"),
             Dims::Reduced { add, .. } => write!(f, "[.., {}]", add.join(", ")),
         }
     }
@@ -345,6 +350,7 @@ impl fmt::Display for ArgKind {
             Self::Literal(ty) => write!(f, "{ty}"),
             Self::Members => f.write_str("Int"),
             Self::Axes | Self::NumericAxis => f.write_str("Axis"),
+            Self::Dims => f.write_str("Names"),
             Self::Groups => f.write_str("Field"),
             Self::Port(port) => write!(f, "{port}"),
         }

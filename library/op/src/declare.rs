@@ -31,7 +31,8 @@
 /// a function that says which shapes its result has, for the rules of what takes it.
 ///
 /// Dimensions inside the result: none, `[x, y]`, `[like port]`, `[union]` of all arrays without the
-/// named axes, `[union to rank]`, `[reduce port]` without the named axes, `[reduce port to rank]`.
+/// named axes, `[union to rank]`, `[reduce port]` without the named axes, `[reduce port to rank]`,
+/// `[named dims]` as the argument `dims` says.
 #[macro_export]
 macro_rules! declare {
     (
@@ -97,6 +98,7 @@ macro_rules! declare {
     };
     (@dims union) => { $crate::Dims::Union { add: &[] } };
     (@dims union to $add:ident) => { $crate::Dims::Union { add: &[stringify!($add)] } };
+    (@dims named $arg:ident) => { $crate::Dims::Named(stringify!($arg)) };
     (@dims $($dim:ident),+) => { $crate::Dims::Fixed(&[$(stringify!($dim)),+]) };
 }
 

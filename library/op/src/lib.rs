@@ -27,11 +27,13 @@ mod state;
 mod verdict;
 
 pub use arg::{
-    Arg, ArgError, AxisNames, Call, Collected, Everything, Gathered, GroupBy, How, Labelled,
-    Literal, Many, MemberCount, Members, Named, NumericAxis, One, PortType,
+    Arg, ArgError, AxisNames, Call, Collected, DimNames, Everything, Gathered, GroupBy, How,
+    Labelled, Literal, Many, MemberCount, Members, Named, NumericAxis, One, PortType,
 };
 pub use array::{Array, Dim, Labels, MISSING, is_missing};
-pub use artifact::{Artifact, Data, Tensors, distance, kind_of, read_tensors};
+pub use artifact::{
+    Artifact, Data, Numbers, Tensors, distance, half, kind_of, read_numbers, read_tensors,
+};
 pub use by_name::ByName;
 pub use decl::{
     ArgDecl, ArgKind, Decl, Dims, FieldDecl, Gather, OutDecl, Port, Range, Role, SKIP_MISSING,

@@ -6,9 +6,8 @@ use std::sync::LazyLock;
 use ivx_data::{Blob, Dataset};
 use ivx_op::escape::json_name;
 use ivx_op::{AnyArtifact, Array, Artifact, Labels, One, OpError, Parts, declare, family, kind_of};
+use ivx_table::{npz, text};
 use serde_json::{Value, json};
-
-use super::{csv, npz};
 
 /// A file that a program is given.
 pub trait Input: Debug + Send + Sync {
@@ -54,7 +53,7 @@ impl Input for AsFile {
                         let why = "a `.csv` holds one number an input and target; use `.npz`";
                         return Err(OpError::Failed(why.to_owned()));
                     }
-                    "csv" => csv::write(&[("x", &data.x), ("y", &data.y)]),
+                    "csv" => text::write(&[("x", &data.x), ("y", &data.y)]),
                     _ => {
                         let of = |item: &[usize]| [&[data.len()], item].concat();
                         let (x, y) = (of(&data.form.input), of(&data.form.target));

@@ -4,10 +4,8 @@
 //! A program sees an empty folder with the files it was given, and an environment with the variables
 //! it was given. Nothing keeps it from the network, from other files or from the clock.
 
-mod csv;
 mod folder;
 mod input;
-mod npz;
 mod outside;
 mod process;
 mod read;
@@ -18,9 +16,9 @@ use ivx_op::Registry;
 
 pub use input::{AsFile, Input};
 pub use ivx_foreign::look_up as world;
-pub use npz::npz;
+pub use ivx_table::npz::npz;
 pub use outside::{file, find, program, variable};
-pub use read::{ReadDataset, ReadFile, ReadModel, ReadScalar};
+pub use read::{ReadArray, ReadDataset, ReadFile, ReadModel, ReadScalar};
 pub use run::RunProgram;
 pub use setting::{Inherited, SetVariable, Setting};
 
@@ -44,6 +42,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<RunProgram>()
         .op::<ReadScalar>()
         .op::<ReadDataset>()
+        .op::<ReadArray>()
         .op::<ReadModel>()
         .op::<ReadFile>()
 }

@@ -1,21 +1,19 @@
-//! Pairs of numbers of a file.
-
-use std::collections::BTreeMap;
+//! The data set of a file.
 
 use ivx_data::{Dataset, Form, Outputs};
-use ivx_op::{Ctx, Data, Facts, One, Op, OpError, Wrong, declare, read_tensors};
+use ivx_op::{Ctx, Facts, One, Op, OpError, Part, Shapes, Wrong, declare};
+use ivx_table::{Choice, Classes, Format, Missing, TABLES, dataset, separator};
 
-use super::super::{csv, npz};
-use super::{Columns, is_left_behind, output, wrong};
+use super::{is_left_behind, output, wrong};
 
 declare! {
-    /// The data set that a program wrote: inputs `x` and targets `y`.
+    /// The data set that a program wrote: inputs and targets.
     ///
-    /// The extension of the file says what it is: `.csv` with the columns `x,y` and their names in
-    /// the first line, or `.npz` or `.safetensors` with the arrays `x` and `y`, whose first dimension
-    /// counts the observations. Inputs are numbers, vectors, sequences of `[steps, length]` or images of
-    /// `[channels, rows, columns]`; targets are numbers, vectors or sequences.
-    pub struct ReadDataset = "read_dataset" @ 3 -> Dataset {
+    /// The extension of the file says what it is: `.csv` with the names of columns in the first line, `.tsv`, or `.npz` or
+    /// `.safetensors` with arrays whose first dimension counts the observations. Inputs are numbers, vectors, sequences
+    /// of `[steps, length]` or images of `[channels, rows, columns]`; targets are numbers, vectors or sequences. Several
+    /// columns are a vector.
+    pub struct ReadDataset = "read_dataset" @ 4 -> Dataset {
         /// What `command` left behind.
         outputs: One<Outputs>;
         /// The file's name.
@@ -23,108 +21,78 @@ declare! {
         /// How many classes there are, where targets are indices of classes from 0 up; 0 where they are
         /// numbers.
         classes: usize = 0, in 0.0..=1e6;
+        /// The column or array that is a target.
+        target: String = "y";
+        /// Several such, side by side, in the place of `target`.
+        targets: Vec<String> = Vec::<i64>::new();
+        /// Those that are inputs; by default all that are no targets.
+        inputs: Vec<String> = Vec::<i64>::new();
+        /// What becomes of rows in which something is missing.
+        missing: Box<dyn Missing> = Part::new("refused");
+        /// What stands between cells of text; by default a comma, in `.tsv` a tab.
+        separator: String = "";
     }
     rule is_readable;
+    shapes observations;
 }
 
 impl Op for ReadDataset {
     fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
         let bytes = &output(&self.outputs, &self.name)?.bytes[..];
-        let columns = match extension(&self.name) {
-            "csv" => csv::read(bytes),
-            "npz" => npz::read(bytes),
-            "safetensors" => tensors(bytes),
-            _ => Err(FORMATS.to_owned()),
+        let choice = Choice {
+            inputs: self.inputs.clone(),
+            targets: match &self.targets[..] {
+                [] => vec![self.target.clone()],
+                several => several.to_vec(),
+            },
+            one_hot: Vec::new(),
+            classes: match self.classes {
+                0 => Classes::None,
+                n => Classes::Indices(n),
+            },
+            gaps: self.missing.gaps(),
         };
-        columns
-            .and_then(|columns| dataset(columns, self.classes))
+        separator(&self.name, &self.separator)
+            .and_then(|separator| dataset(&self.name, bytes, (separator, true), &choice))
             .map_err(|why| wrong(&self.name, &why))
     }
 }
 
-/// What this reads.
-const FORMATS: &str = "its name ends in `.csv`, `.npz` or `.safetensors`";
-
-fn extension(name: &str) -> &str {
-    name.rsplit_once('.').map_or("", |(_, extension)| extension)
-}
-
 fn is_readable(facts: &Facts<'_>) -> Result<(), Wrong> {
     is_left_behind(facts)?;
+    let own = facts.arg::<String>("separator").zip(facts.arg::<String>("name"));
+    if let Some(Err(message)) = own.map(|(own, name)| separator(&name, &own)) {
+        let help = "write one character, such as `\";\"` or `\"\\t\"`".to_owned();
+        return Err(Wrong { arg: "separator", message, help });
+    }
     match facts.arg::<String>("name") {
-        Some(name) if !["csv", "npz", "safetensors"].contains(&extension(&name)) => {
+        Some(name) if Format::of(&name).is_none() => {
             let message = format!("`{name}` does not say how it is written");
-            let help = "a data set's name ends in `.csv`, `.npz` or `.safetensors`".to_owned();
+            let help = format!("a data set's name ends in {TABLES}");
             Err(Wrong { arg: "name", message, help })
         }
         _ => Ok(()),
     }
 }
 
-fn dataset(mut columns: Columns, classes: usize) -> Result<Dataset, String> {
-    if !columns.keys().eq(["x", "y"]) {
-        let names: Vec<String> = columns.keys().map(|name| format!("`{name}`")).collect();
-        let found = format!("it has {}, and a data set has `x` and `y` alone", names.join(", "));
-        return Err(match names.len() {
-            0..=2 => format!("{found}: call them so"),
-            _ => format!(
-                "{found}: several inputs or targets are one array `x` or `y` of an `.npz`, with a row an observation"
-            ),
-        });
-    }
-    let mut column = |name: &str, most: usize| {
-        let (shape, values) = columns.remove(name).expect("it is there");
-        match shape.split_first() {
-            // A column of a matrix is one number an observation.
-            Some((&n, [1])) => Ok((n, Vec::new(), values)),
-            Some((&n, item)) if item.len() <= most && !item.contains(&0) => {
-                Ok((n, item.to_vec(), values))
-            }
-            _ => Err(format!("`{name}` is an array a data set has, and not {shape:?}")),
-        }
-    };
-    let ((n, input, x), (m, target, y)) = (column("x", 3)?, column("y", 2)?);
-    if n != m {
-        return Err(format!("there are {n} of `x` and {m} of `y`"));
-    }
-    for (name, values) in [("x", &x), ("y", &y)] {
-        if let Some(i) = values.iter().position(|value| !value.is_finite()) {
-            let row = 1 + i / (values.len() / n);
-            return Err(format!(
-                "observation {row} has {} in `{name}`: a data set has finite numbers",
-                values[i]
-            ));
-        }
-    }
-    let classes = (classes > 0).then_some(classes);
-    if let Some(classes) = classes {
-        #[expect(clippy::cast_precision_loss, reason = "classes are few")]
-        let foreign = |y: &&f64| y.fract() != 0.0 || **y < 0.0 || **y >= classes as f64;
-        if let Some(y) = y.iter().find(foreign) {
-            return Err(format!("{y} is no index of {classes} classes"));
-        }
-    }
-    Ok(Dataset { form: Form { input, target, classes }, x, y })
-}
-
-fn tensors(bytes: &[u8]) -> Result<Columns, String> {
-    let (tensors, _) = read_tensors(bytes)?;
-    let wide = tensors.arrays.into_iter().map(|(name, data)| match data {
-        Data::F64(shape, values) => Ok((name, (shape, values))),
-        Data::F32(shape, values) => {
-            Ok((name, (shape, values.into_iter().map(f64::from).collect())))
-        }
-        Data::U8(..) => Err(format!("`{name}` holds bytes; numbers are F64 or F32")),
-    });
-    wide.collect::<Result<BTreeMap<_, _>, _>>()
+/// Of text, what is named is a number each; arrays have shapes of their own.
+fn observations(facts: &Facts<'_>) -> Option<Shapes> {
+    let (inputs, targets) =
+        (facts.arg::<Vec<String>>("inputs")?, facts.arg::<Vec<String>>("targets")?);
+    let is_text = Format::of(&facts.arg::<String>("name")?) == Some(Format::Text);
+    let side = |n: usize| if n <= 1 { Vec::new() } else { vec![n] };
+    let classes = facts.arg::<usize>("classes").filter(|n| *n > 0);
+    let form = Form { input: side(inputs.len()), target: side(targets.len()), classes };
+    (is_text && !inputs.is_empty()).then(|| form.shapes())
 }
 
 #[cfg(test)]
 mod tests {
+    use ivx_data::Blob;
     use ivx_op::Artifact as _;
+    use ivx_table::{npz, text};
 
     use super::*;
-    use ivx_data::Blob;
 
     fn read(name: &str, bytes: &[u8]) -> Result<Dataset, String> {
         read_as(name, bytes, 0)
@@ -132,7 +100,16 @@ mod tests {
 
     fn read_as(name: &str, bytes: &[u8], classes: usize) -> Result<Dataset, String> {
         let outputs = Outputs { files: [(name.to_owned(), Blob::plain(bytes.to_vec()))].into() };
-        let read = ReadDataset { outputs: One(outputs), name: name.to_owned(), classes };
+        let read = ReadDataset {
+            outputs: One(outputs),
+            name: name.to_owned(),
+            classes,
+            target: "y".to_owned(),
+            targets: Vec::new(),
+            inputs: Vec::new(),
+            missing: Box::new(ivx_table::Refused {}),
+            separator: String::new(),
+        };
         read.run(&Ctx::new("read_dataset", 0, None)).map_err(|error| error.to_string())
     }
 
@@ -140,12 +117,19 @@ mod tests {
     fn every_way_of_writing_it_is_read() {
         let data = Dataset::pairs(vec![0.1, -2.0], vec![1e-9, 3.0]);
         let columns = [("x", data.x.as_slice()), ("y", &data.y)];
-        assert_eq!(read("d.csv", &csv::write(&columns)).as_ref(), Ok(&data));
+        assert_eq!(read("d.csv", &text::write(&columns)).as_ref(), Ok(&data));
         let arrays = columns.map(|(name, values)| (name, &[2][..], values));
         assert_eq!(read("d.npz", &npz::write(&arrays)).as_ref(), Ok(&data));
         let arrays = columns.map(|(name, values)| (name, &[2, 1][..], values));
         assert_eq!(read("d.npz", &npz::write(&arrays)).as_ref(), Ok(&data));
         assert_eq!(read("d.safetensors", &data.encode()).as_ref(), Ok(&data));
+    }
+
+    #[test]
+    fn several_columns_are_a_vector() {
+        let data = read("d.csv", b"x0,x1,y\n1,2,3\n2,3,4\n3,4,9\n").unwrap();
+        assert_eq!(data.form, Form { input: vec![2], ..Form::default() });
+        assert_eq!((&data.x[..2], data.y), (&[1.0, 2.0][..], vec![3.0, 4.0, 9.0]));
     }
 
     #[test]
@@ -165,16 +149,12 @@ mod tests {
         let check = |name: &str, bytes: &[u8], expected: &str| {
             assert_eq!(read(name, bytes), Err(format!("`{name}` is not as expected: {expected}")));
         };
-        check("d.txt", b"", "its name ends in `.csv`, `.npz` or `.safetensors`");
-        check(
-            "d.csv",
-            b"x,z\n1,2\n",
-            "it has `x`, `z`, and a data set has `x` and `y` alone: call them so",
-        );
+        check("d.txt", b"", &format!("its name ends in {TABLES}"));
+        check("d.csv", b"x,z\n1,2\n", "it has no column `y`; it has `x`, `z`");
         check(
             "d.csv",
             b"x,y\n1,NaN\n",
-            "observation 1 has NaN in `y`: a data set has finite numbers",
+            "line 2, column `y`: `NaN` is not a number: leave such rows out, or say what is done with them by `missing:`",
         );
         check("d.npz", b"PK", "it is no zip archive, or a damaged one");
         let uneven = npz::write(&[("x", &[1], &[1.0]), ("y", &[2], &[1.0, 2.0])]);

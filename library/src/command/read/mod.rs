@@ -1,23 +1,20 @@
 //! What programs wrote, as artifacts. Each reads one file, so that what depends on it does not run
 //! again when only another has changed.
 
+mod array;
 mod dataset;
 mod file;
 mod model;
 mod scalar;
 
-use std::collections::BTreeMap;
-
 use ivx_data::{Blob, Outputs};
 use ivx_op::{Facts, OpError, Wrong};
 
+pub use array::ReadArray;
 pub use dataset::ReadDataset;
 pub use file::ReadFile;
 pub use model::ReadModel;
 pub use scalar::ReadScalar;
-
-/// Arrays by name: their shapes and numbers, last dimension fastest.
-pub(super) type Columns = BTreeMap<String, (Vec<usize>, Vec<f64>)>;
 
 /// One output.
 fn output<'a>(outputs: &'a Outputs, name: &str) -> Result<&'a Blob, OpError> {

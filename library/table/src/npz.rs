@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use ivx_op::{Data, exact, too_large};
+use ivx_op::Data;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
-use super::folder::MAX_OUTPUT;
-use super::read::Columns;
+use crate::npy;
+use crate::table::Column;
+
+/// Most bytes of all arrays of an archive together: they are held in memory.
+const MOST: usize = 256 << 20;
 
 /// The first bytes of an entry, of an entry of the directory, and of the directory's end.
 const ENTRY: u32 = 0x0403_4b50;
@@ -16,9 +19,10 @@ const END: u32 = 0x0605_4b50;
 const TOO_LARGE: u32 = u32::MAX;
 
 /// Arrays under their names, with their shapes, not compressed.
-pub(super) fn write(arrays: &[(&str, &[usize], &[f64])]) -> Vec<u8> {
+#[must_use]
+pub fn write(arrays: &[(&str, &[usize], &[f64])]) -> Vec<u8> {
     let files = arrays.iter().map(|(name, shape, values)| {
-        (*name, npy("<f8", shape, values.iter().flat_map(|x| x.to_le_bytes())))
+        (*name, npy::write("<f8", shape, values.iter().flat_map(|x| x.to_le_bytes())))
     });
     archived(files)
 }
@@ -28,9 +32,13 @@ pub(super) fn write(arrays: &[(&str, &[usize], &[f64])]) -> Vec<u8> {
 pub fn npz(arrays: &BTreeMap<String, Data>) -> Vec<u8> {
     let files = arrays.iter().map(|(name, data)| {
         let file = match data {
-            Data::F64(shape, xs) => npy("<f8", shape, xs.iter().flat_map(|x| x.to_le_bytes())),
-            Data::F32(shape, xs) => npy("<f4", shape, xs.iter().flat_map(|x| x.to_le_bytes())),
-            Data::U8(shape, bytes) => npy("|u1", shape, bytes.iter().copied()),
+            Data::F64(shape, xs) => {
+                npy::write("<f8", shape, xs.iter().flat_map(|x| x.to_le_bytes()))
+            }
+            Data::F32(shape, xs) => {
+                npy::write("<f4", shape, xs.iter().flat_map(|x| x.to_le_bytes()))
+            }
+            Data::U8(shape, bytes) => npy::write("|u1", shape, bytes.iter().copied()),
         };
         (name.as_str(), file)
     });
@@ -73,35 +81,22 @@ fn short(n: usize) -> u16 {
     u16::try_from(n).expect("names and their number are small")
 }
 
-fn npy(kind: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
-    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
-    let shape = shape.join(", ") + if shape.len() == 1 { "," } else { "" };
-    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-    // Numbers begin at a multiple of 64.
-    let header =
-        format!("{header:<width$}\n", width = (header.len() + 11).next_multiple_of(64) - 11);
-    let length = short(header.len()).to_le_bytes();
-    let mut file = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes()].concat();
-    file.extend(bytes);
-    file
-}
-
-/// The arrays of an archive, under their names.
+/// The arrays of an archive, by name.
 ///
 /// # Errors
 /// What is wrong with it.
-pub(super) fn read(bytes: &[u8]) -> Result<Columns, String> {
+pub fn read(bytes: &[u8]) -> Result<Vec<Column>, String> {
     let mut arrays = BTreeMap::new();
-    let mut room = MAX_OUTPUT;
+    let mut room = MOST;
     for (name, file) in entries(bytes).ok_or("it is no zip archive, or a damaged one")? {
         let file = file.unpack(&mut room).map_err(|why| format!("`{name}` {why}"))?;
-        let array = parse(&file).map_err(|why| format!("`{name}` {why}"))?;
-        let name = name.strip_suffix(".npy").unwrap_or(&name).to_owned();
-        if arrays.insert(name.clone(), array).is_some() {
+        let name = name.strip_suffix(".npy").unwrap_or(&name);
+        let array = npy::read(name, &file).map_err(|why| format!("`{name}` {why}"))?;
+        if arrays.insert(name.to_owned(), array).is_some() {
             return Err(format!("two arrays are called `{name}`"));
         }
     }
-    Ok(arrays)
+    Ok(arrays.into_values().collect())
 }
 
 /// One entry of an archive.
@@ -182,72 +177,13 @@ fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
     bytes.get(at..)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
 }
 
-/// The shape and the numbers of an `.npy` file.
-fn parse(file: &[u8]) -> Result<(Vec<usize>, Vec<f64>), String> {
-    let (header, data) = split(file).ok_or("is no array of NumPy")?;
-    let field = |name: &str| {
-        let rest = header.split_once(&format!("'{name}':"))?.1.trim_start();
-        Some(match name {
-            "shape" => rest.split_once(')')?.0.trim_start_matches('('),
-            _ => rest.split_once(',')?.0,
-        })
-    };
-    let missing = |name: &str| format!("has no `{name}`");
-    let kind = field("descr").ok_or_else(|| missing("descr"))?.trim_matches('\'');
-    let shape = field("shape").ok_or_else(|| missing("shape"))?;
-    let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
-    let shape = sizes.map(|size| size.parse().ok()).collect::<Option<Vec<usize>>>();
-    let shape = shape.ok_or("has no shape of numbers")?;
-    if shape.len() > 1 && field("fortran_order") != Some("False") {
-        return Err("is in Fortran order; save `np.ascontiguousarray` of it".to_owned());
-    }
-    let values = match kind {
-        "<f8" => numbers(data, f64::from_le_bytes),
-        "<f4" => numbers(data, |bytes| f64::from(f32::from_le_bytes(bytes))),
-        "<i4" => numbers(data, |bytes| f64::from(i32::from_le_bytes(bytes))),
-        "<i8" => whole(data)?,
-        other => return Err(format!("holds `{other}`; `<f8`, `<f4`, `<i8` and `<i4` are read")),
-    };
-    let n = shape.iter().try_fold(1_usize, |n, size| n.checked_mul(*size));
-    match values {
-        Some(values) if n == Some(values.len()) => Ok((shape, values)),
-        _ => Err("does not have the numbers that its shape says".to_owned()),
-    }
-}
-
-fn split(file: &[u8]) -> Option<(&str, &[u8])> {
-    let rest = file.strip_prefix(b"\x93NUMPY")?;
-    let (length, rest) = match rest.first()? {
-        1 => (usize::from(u16_at(rest, 2)?), rest.get(4..)?),
-        2 | 3 => (usize::try_from(u32_at(rest, 2)?).ok()?, rest.get(6..)?),
-        _ => return None,
-    };
-    let (header, data) = rest.split_at_checked(length)?;
-    Some((std::str::from_utf8(header).ok()?, data))
-}
-
-/// The numbers; `None` if something is left over.
-fn numbers<const N: usize>(data: &[u8], number: fn([u8; N]) -> f64) -> Option<Vec<f64>> {
-    let (chunks, rest) = data.as_chunks();
-    rest.is_empty().then(|| chunks.iter().map(|bytes| number(*bytes)).collect())
-}
-
-fn whole(data: &[u8]) -> Result<Option<Vec<f64>>, String> {
-    let (chunks, rest) = data.as_chunks();
-    let number = |bytes: &[u8; 8]| {
-        let n = i64::from_le_bytes(*bytes);
-        exact(n).ok_or_else(|| too_large(n))
-    };
-    let values = chunks.iter().map(number).collect::<Result<_, _>>()?;
-    Ok(rest.is_empty().then_some(values))
-}
-
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::table::Values;
 
     /// Numbers of random bits, and those that are special.
-    pub(in crate::command) fn random_numbers(n: usize) -> Vec<f64> {
+    pub(crate) fn random_numbers(n: usize) -> Vec<f64> {
         let special = [0.0, f64::MIN_POSITIVE, 5e-324, f64::MAX, f64::INFINITY, f64::EPSILON];
         let mut bits = 1_u64;
         let random = std::iter::repeat_with(move || {
@@ -269,11 +205,17 @@ pub(super) mod tests {
             .collect()
     }
 
+    fn array(name: &str, shape: &[usize], numbers: &[f64]) -> Column {
+        let (len, item) = (shape.first().copied(), shape.iter().skip(1).copied().collect());
+        Column { name: name.to_owned(), len, item, values: Values::Numbers(numbers.to_vec()) }
+    }
+
     #[test]
     fn every_number_comes_back() {
         let numbers = random_numbers(20_000);
         let arrays = read(&write(&[("x", &[numbers.len()], &numbers)])).unwrap();
-        assert!(numbers.iter().zip(&arrays["x"].1).all(|(a, b)| a.to_bits() == b.to_bits()));
+        let Values::Numbers(back) = &arrays[0].values else { panic!("they are numbers") };
+        assert!(numbers.iter().zip(back).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
 
     #[test]
@@ -281,9 +223,8 @@ pub(super) mod tests {
         let (x, y) = ([0.1, f64::MIN_POSITIVE, -1e300], [2.0]);
         let bytes = write(&[("x", &[3], &x), ("y", &[1, 1], &y)]);
         let arrays = read(&bytes).unwrap();
-        assert_eq!(arrays["x"], (vec![3], x.to_vec()));
-        assert_eq!(arrays["y"], (vec![1, 1], y.to_vec()));
-        assert_eq!(npy("<f8", &[3], [0; 24].into_iter()).len() % 64, 24);
+        assert_eq!(arrays, [array("x", &[3], &x), array("y", &[1, 1], &y)]);
+        assert_eq!(npy::write("<f8", &[3], [0; 24].into_iter()).len() % 64, 24);
     }
 
     #[test]
@@ -291,8 +232,10 @@ pub(super) mod tests {
         // np.savez(f, x=np.array([[1, 2], [3, 4]], "<i8"), y=np.float32(0.5)) and savez_compressed.
         for bytes in [&include_bytes!("npz/saved.npz")[..], include_bytes!("npz/compressed.npz")] {
             let arrays = read(bytes).unwrap();
-            assert_eq!(arrays["x"], (vec![2, 2], vec![1.0, 2.0, 3.0, 4.0]));
-            assert_eq!(arrays["y"], (vec![], vec![0.5]));
+            assert_eq!(
+                arrays,
+                [array("x", &[2, 2], &[1.0, 2.0, 3.0, 4.0]), array("y", &[], &[0.5])]
+            );
         }
     }
 
@@ -305,31 +248,15 @@ pub(super) mod tests {
             flipped[i] ^= 0xff;
             match read(&flipped) {
                 // A name, a time or a comment; the checksum guards the numbers.
-                Ok(read) => assert!(read.values().all(|array| whole.values().any(|w| w == array))),
+                Ok(read) => {
+                    let known = |own: &Column| {
+                        whole.iter().any(|w| w.values == own.values && w.shape() == own.shape())
+                    };
+                    assert!(read.iter().all(known));
+                }
                 Err(why) => assert!(!why.is_empty()),
             }
             assert!(read(&bytes[..i]).is_err(), "cut at {i}");
         }
-    }
-
-    #[test]
-    fn other_arrays_are_refused() {
-        let check = |header: &str, data: &[u8], expected: &str| {
-            let length = u16::try_from(header.len()).unwrap().to_le_bytes();
-            let file = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat();
-            let why = parse(&file).unwrap_err();
-            assert!(why.contains(expected), "{why}");
-        };
-        let header = |kind: &str, order: &str, shape: &str| {
-            format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': {shape}, }}")
-        };
-        check(&header("|O", "False", "(1,)"), &[0; 8], "holds `|O`");
-        check(&header("<f8", "True", "(1, 1)"), &[0; 8], "Fortran");
-        check(&header("<f8", "False", "(2,)"), &[0; 8], "shape says");
-        check(&header("<f8", "False", "(1,)"), &[0; 9], "shape says");
-        check(&header("<i8", "False", "(1,)"), &i64::MAX.to_le_bytes(), "too large to be exact");
-        check("{}", &[], "has no `descr`");
-        let huge = format!("({0}, {0})", usize::MAX);
-        check(&header("<f8", "False", &huge), &[0; 8], "shape says");
     }
 }

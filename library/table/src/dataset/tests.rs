@@ -1,0 +1,155 @@
+use super::*;
+use crate::npz;
+
+fn choice(targets: &[&str]) -> Choice {
+    Choice {
+        inputs: Vec::new(),
+        targets: owned(targets),
+        one_hot: Vec::new(),
+        classes: Classes::None,
+        gaps: Gaps::Refused,
+    }
+}
+
+fn owned(names: &[&str]) -> Vec<String> {
+    names.iter().map(ToString::to_string).collect()
+}
+
+fn csv(text: &str, choice: &Choice) -> Result<Dataset, String> {
+    dataset("d.csv", text.as_bytes(), (b',', true), choice)
+}
+
+fn file(bytes: &[u8], choice: &Choice) -> Result<Dataset, String> {
+    dataset("d.npz", bytes, (b',', true), choice)
+}
+
+fn form(input: &[usize], target: &[usize], classes: Option<usize>) -> Form {
+    Form { input: input.to_vec(), target: target.to_vec(), classes }
+}
+
+#[test]
+fn columns_are_inputs_and_targets() {
+    let text = "x0,x1,y\n1,2,3\n4,5,6\n";
+    let all = csv(text, &choice(&["y"])).unwrap();
+    assert_eq!(all.form, form(&[2], &[], None));
+    assert_eq!((all.x, all.y), (vec![1.0, 2.0, 4.0, 5.0], vec![3.0, 6.0]));
+    let one = csv(text, &Choice { inputs: owned(&["x1"]), ..choice(&["y"]) }).unwrap();
+    assert_eq!(one, Dataset::pairs(vec![2.0, 5.0], vec![3.0, 6.0]));
+    let turned = csv(text, &Choice { inputs: owned(&["y", "x0"]), ..choice(&["x1"]) }).unwrap();
+    assert_eq!((turned.x, turned.y), (vec![3.0, 1.0, 6.0, 4.0], vec![2.0, 5.0]));
+    let several = csv(text, &choice(&["y", "x0"])).unwrap();
+    assert_eq!((several.form, several.y), (form(&[], &[2], None), vec![3.0, 1.0, 6.0, 4.0]));
+    // What is neither is not looked at.
+    let text = "name,x,y\nAnn,1,2\n";
+    let named = csv(text, &Choice { inputs: owned(&["x"]), ..choice(&["y"]) }).unwrap();
+    assert_eq!(named, Dataset::pairs(vec![1.0], vec![2.0]));
+}
+
+#[test]
+fn labels_are_counted_in_order() {
+    let check = |labels: &str, classes: Classes, expected: Result<(&[f64], usize), &str>| {
+        let text =
+            labels.split(' ').fold("x,y\n".to_owned(), |text, label| text + "0," + label + "\n");
+        let found = csv(&text, &Choice { classes, ..choice(&["y"]) });
+        match expected {
+            Ok((y, n)) => {
+                let found = found.unwrap();
+                assert_eq!((&*found.y, found.form), (y, form(&[], &[], Some(n))), "{labels}");
+            }
+            Err(why) => assert_eq!(found, Err(why.to_owned())),
+        }
+    };
+    let listed = |names: &[&str]| Classes::Listed(owned(names));
+    check("b a b none", Classes::Sorted, Ok((&[1.0, 0.0, 1.0, 2.0], 3)));
+    check("10 9 9.0 -1", Classes::Sorted, Ok((&[2.0, 1.0, 1.0, 0.0], 3)));
+    check("b a", listed(&["c", "b", "a"]), Ok((&[1.0, 2.0], 3)));
+    check("1.0 2", listed(&["2", "1"]), Ok((&[1.0, 0.0], 2)));
+    check(
+        "b z",
+        listed(&["a", "b"]),
+        Err("observation 2 has `z` in `y`, which is none of `a`, `b`"),
+    );
+    check("2 0", Classes::Indices(3), Ok((&[2.0, 0.0], 3)));
+    check("3", Classes::Indices(3), Err("3 is no index of 3 classes"));
+    let arrays = npz::write(&[("x", &[3], &[0.0; 3]), ("y", &[3], &[7.0, 5.0, 7.0])]);
+    let found = file(&arrays, &Choice { classes: Classes::Sorted, ..choice(&["y"]) }).unwrap();
+    assert_eq!((found.y, found.form.classes), (vec![1.0, 0.0, 1.0], Some(2)));
+}
+
+#[test]
+fn texts_become_numbers_of_their_own() {
+    let text = "size,colour,y\n1,red,0\n2,blue,0\n3,red,1\n";
+    let one_hot = owned(&["colour"]);
+    let found = csv(text, &Choice { one_hot: one_hot.clone(), ..choice(&["y"]) }).unwrap();
+    assert_eq!(found.form, form(&[3], &[], None));
+    assert_eq!(found.x, [1.0, 0.0, 1.0, 2.0, 1.0, 0.0, 3.0, 0.0, 1.0]);
+    // What stands only in rows that are left out is none of them.
+    let dropped = Choice { one_hot, gaps: Gaps::Dropped, ..choice(&["y"]) };
+    let found = csv("colour,y\nred,0\nblue,\n,1\n", &dropped).unwrap();
+    assert_eq!((found.form, found.x), (form(&[1], &[], None), vec![1.0]));
+}
+
+#[test]
+fn gaps_are_refused_dropped_or_filled() {
+    let text = "a,b,y\n1,NA,1\n3,5,2\n,7,3\n2,6,\n";
+    let found = |gaps| csv(text, &Choice { gaps, ..choice(&["y"]) });
+    let why = found(Gaps::Refused).unwrap_err();
+    assert!(why.contains("line 2, column `b`: `NA` is no number"), "{why}");
+    let dropped = found(Gaps::Dropped).unwrap();
+    assert_eq!((dropped.x, dropped.y), (vec![3.0, 5.0], vec![2.0]));
+    let why = found(Gaps::Means).unwrap_err();
+    assert!(why.contains("observation 4 has no number in `y`, which is a target"), "{why}");
+    let text = "a,b,y\n1,,1\n3,5,2\n,7,3\n";
+    let found = |gaps| csv(text, &Choice { gaps, ..choice(&["y"]) }).map(|data| data.x);
+    assert_eq!(found(Gaps::Filled(-1.0)), Ok(vec![1.0, -1.0, 3.0, 5.0, -1.0, 7.0]));
+    assert_eq!(found(Gaps::Means), Ok(vec![1.0, 6.0, 3.0, 5.0, 2.0, 7.0]));
+    let x = [1.0, f64::NAN, f64::NAN, 4.0];
+    let arrays = npz::write(&[("x", &[2, 2], &x), ("y", &[2], &[1.0, 2.0])]);
+    let found = |gaps| file(&arrays, &Choice { gaps, ..choice(&["y"]) }).map(|data| data.x);
+    assert_eq!(found(Gaps::Means), Ok(vec![1.0, 4.0, 1.0, 4.0]));
+    assert!(found(Gaps::Refused).unwrap_err().contains("observation 1 has NaN in `x`"));
+    assert_eq!(found(Gaps::Dropped), Ok(vec![]));
+}
+
+#[test]
+fn images_keep_their_shape() {
+    let x: Vec<f64> = (0..12).map(f64::from).collect();
+    let arrays = npz::write(&[("x", &[2, 1, 2, 3], &x), ("y", &[2], &[2.0, 0.0])]);
+    let classes = Classes::Indices(3);
+    let found = file(&arrays, &Choice { classes, ..choice(&["y"]) }).unwrap();
+    assert_eq!(found, Dataset { form: form(&[1, 2, 3], &[], Some(3)), x, y: vec![2.0, 0.0] });
+}
+
+#[test]
+fn many_columns_take_no_longer_each() {
+    let names: Vec<String> = (0..50_000).map(|i| format!("c{i}")).collect();
+    let row = "1,".repeat(50_000);
+    let wide = csv(&format!("{},y\n{row}2\n", names.join(",")), &choice(&["y"])).unwrap();
+    assert_eq!((wide.form.input, wide.y), (vec![50_000], vec![2.0]));
+}
+
+#[test]
+fn what_is_there_instead_is_told() {
+    let check = |found: Result<Dataset, String>, expected: &str| {
+        let why = found.unwrap_err();
+        assert!(why.contains(expected), "{why}");
+    };
+    let y = || choice(&["y"]);
+    check(csv("x,z\n1,2\n", &y()), "it has no column `y`; it has `x`, `z`");
+    check(csv("y\n1\n", &y()), "nothing but its targets");
+    check(csv("x,y\n1,a\n", &y()), "line 2, column `y`: `a` is no number");
+    let stray = Choice { one_hot: owned(&["y"]), ..y() };
+    check(csv("x,y\n1,2\n", &stray), "`y` is of no input");
+    let two = Choice { classes: Classes::Sorted, ..choice(&["x", "y"]) };
+    check(csv("z,x,y\n1,2,3\n", &two), "here are several");
+    let many = (0..5000).fold("c,y\n".to_owned(), |text, i| text + &format!("t{i},1\n"));
+    check(csv(&many, &Choice { one_hot: owned(&["c"]), ..y() }), "5000 different texts");
+    let arrays = |x: &[usize], n: usize, y_len: usize| {
+        npz::write(&[("x", x, &vec![0.0; n]), ("y", &[y_len], &vec![0.0; y_len])])
+    };
+    check(file(&arrays(&[1], 1, 2), &y()), "there are 1 of `x` and 2 of `y`");
+    check(file(&arrays(&[1, 1, 1, 1, 1], 1, 1), &y()), "and not [1, 1, 1, 1, 1]");
+    check(file(&arrays(&[2, 0], 0, 2), &y()), "and not [2, 0]");
+    let number = npz::write(&[("x", &[], &[0.0]), ("y", &[1], &[0.0])]);
+    check(file(&number, &y()), "`x` is a single number, and no column");
+}
