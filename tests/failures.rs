@@ -138,3 +138,91 @@ fn only_what_ivx_wrote_is_taken_away() {
         project.files("results/small/figures").into_iter().map(|(name, _)| name).collect();
     assert_eq!(files, ["members.svg", "mine.svg", "more/mine.svg", "other.svg"]);
 }
+
+/// One of two step sizes has no decision: probabilities that do not sum to one, at one seed of `"some"` and at all of `"all"`.
+const PARTS_MISSING: &str = r#"edition "2026"
+
+experiment parts {
+    axis seed = 0..6
+    axis part = ["none", "some", "all"]
+    let share = match part {
+        "none": 0.5,
+        "some": where(seed == 2, 0.4, 0.5),
+        "all": 0.4,
+    }
+    let chance = belief([lottery([-1.0, 1.0], [0.5, share])])
+    let white = belief([lottery([0.0], [1.0])])
+    let data = sample(sinusoids(), n: 5)
+    let drawn = rmse(train(linear_mle(features: polynomial(degree: 0)), on: data), on: data)
+    measure m = decide(boxes(left: white, right: chance))[action: "LEFT"] + drawn
+    measure all_seeds = mean(m, over: seed)
+    measure the_rest  = mean(m, over: seed, skip_missing: true)
+    measure chosen    = argmax(m + 0.0 * drawn, over: part, of: m, skip_missing: true)
+    table "told" = table(m, rows: part, digits: 1)
+    table "rest" = table(m, rows: part, digits: 1, skip_missing: true)
+    figure "told" = bars(m, by: part)
+    figure "rest" = bars(m, by: part, skip_missing: true)
+    claim "none" : m[part: "none"] < 9.0
+    claim "some" : m[part: "some"] < 9.0
+    claim "all" : m[part: "all"] < 9.0
+    claim "pair" : m[part: "some"] < m[part: "none"] + 9.0
+    claim "mean" : mean(m[part: "some"], over: seed) < 9.0
+    claim "rest" : mean(m[part: "some"], over: seed, skip_missing: true) < 9.0
+}
+"#;
+
+#[test]
+fn what_failed_is_missing_and_the_rest_is_shown() {
+    let project = Project::with(&[("parts.ivx", PARTS_MISSING)]);
+    let said = project.run("exec", "parts.ivx", &[]);
+    assert_eq!(said.code, 1, "{}{}", said.out, said.err);
+    for told in [
+        "holds     none",
+        "undecided some  difference NaN, n = 5: seed 2 is missing",
+        "undecided all  difference NaN, n = 0: seeds 0, 1, 2, 3, 4, 5 are missing",
+        "undecided pair  difference NaN, n = 5: seed 2 is missing",
+        "undecided mean  difference NaN: seed 2 is missing",
+        "holds     rest",
+    ] {
+        assert!(said.out.contains(told), "{told} in {}", said.out);
+    }
+    let read = |file: &str| project.read(&format!("results/parts/{file}"));
+    let table = read("tables/told.md");
+    assert!(table.contains("missing (1 of 6)") && table.contains("missing (6 of 6)"), "{table}");
+    let table = read("tables/rest.md");
+    assert!(table.contains("(5 of 6)") && table.contains("missing (6 of 6)"), "{table}");
+    assert!(read("tables/rest.csv").contains("m missing"), "{}", read("tables/rest.csv"));
+    let figure = read("figures/told.svg");
+    assert!(figure.contains("7 of 18 values are missing, and what is made of them"), "{figure}");
+    assert!(read("figures/rest.svg").contains("what is shown is made of the rest"));
+    let results = read("results.ron");
+    // A coordinate that is missing names the node that failed, and the failures say why.
+    let at = results.find("\"part=some,seed=2\": \"parts/").expect("the coordinate is named");
+    let node = results[at..].split('"').nth(3).expect("there is a node");
+    assert!(results.contains(&format!("{node:?}: \"")), "{node}");
+    assert!(results.contains("\"all_seeds\"") && results.contains("\"the_rest\""));
+    assert!(said.out.contains("missing"), "{}", said.out);
+
+    // What was made of what is there is known, and what failed fails again.
+    let again = project.run("exec", "parts.ivx", &[]);
+    assert_eq!((again.code, read("results.ron")), (1, results));
+    assert!(again.out.contains("0 of "), "{}", again.out);
+    // Nothing is begun behind a failure where that is asked for.
+    let fast = Project::with(&[("parts.ivx", PARTS_MISSING)]);
+    let said = fast.run("exec", "parts.ivx", &["--fail-fast", "--jobs", "1"]);
+    assert_eq!(said.code, 1, "{}", said.err);
+}
+
+#[test]
+fn what_was_once_missing_is_made_anew_when_it_is_there() {
+    let project = Project::with(&[("parts.ivx", PARTS_MISSING)]);
+    project.run("exec", "parts.ivx", &[]);
+    project.write("parts.ivx", &PARTS_MISSING.replace("0.4", "0.5"));
+    let said = project.run("exec", "parts.ivx", &[]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let sound = Project::with(&[("parts.ivx", &PARTS_MISSING.replace("0.4", "0.5"))]);
+    sound.run("exec", "parts.ivx", &[]);
+    let results = |project: &Project| project.read("results/parts/results.ron");
+    assert_eq!(results(&project), results(&sound));
+    assert!(!results(&project).contains("missing"));
+}

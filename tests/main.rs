@@ -29,6 +29,7 @@ mod published;
 mod records;
 mod report;
 mod reruns;
+mod scikit;
 mod stores;
 mod tensors;
 mod tidy;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ivx_op::{ArgKind, Decl, Lit, Registry, Role, Ty};
+use ivx_op::{ArgDecl, ArgKind, Decl, Gather, Lit, Registry, Role, Ty};
 
 use super::axis::ROWS;
 use super::value::nothing;
@@ -33,6 +33,12 @@ impl<'a> Library<'a> {
 
     pub(super) fn registry(&self) -> &'a Registry {
         self.registry
+    }
+
+    /// Whether an operation makes fewer numbers of an array, or takes the place of axes of it.
+    pub(super) fn reduces(&self, name: &str) -> bool {
+        let named = |arg: &ArgDecl| matches!(&arg.kind, ArgKind::Port(port) if port.gather == Gather::Named);
+        self.registry.decl(name).is_some_and(|decl| decl.args.first().is_some_and(named))
     }
 
     /// The kinds of artifact there are.

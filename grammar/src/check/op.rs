@@ -286,6 +286,15 @@ impl<'a> Checker<'a> {
     fn spoken(&mut self, at: &At, expr: &ast::Expr) -> String {
         match &expr.kind {
             ExprKind::Select { base, .. } => self.spoken(at, base),
+            // What a reduction leaves of a value is called as that is.
+            ExprKind::Call { name, args }
+                if self.library.reduces(super::maths::meant(name, args)) =>
+            {
+                match &args[..] {
+                    [(_, first), ..] => self.spoken(at, first),
+                    [] => String::new(),
+                }
+            }
             _ => match self.item_of(at, expr).map(|(_, item)| &item.kind) {
                 Some(
                     ItemKind::Let { name, .. }
