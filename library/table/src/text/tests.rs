@@ -123,7 +123,7 @@ fn plain_rows_are_what_the_other_reader_makes_of_them() {
     let bytes = [b'"', b',', b'\n', b'\r', b' ', 0xff, b'x', b'0', b'e', b'-', b'.', b';'];
     for cells in [Cells::Finite, Cells::Gaps, Cells::Any] {
         for header in [true, false] {
-            let style = Style { cells, header, ..STYLE };
+            let style = Style { header, cells, ..STYLE };
             for i in 0..text.len() {
                 for byte in bytes {
                     let mut other = text.to_vec();
