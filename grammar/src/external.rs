@@ -82,10 +82,9 @@ fn in_axes(scopes: &Scopes<'_>, scope: usize, expr: &Expr) -> Vec<(usize, Spanne
         {
             let file = scopes.file_of(declared);
             let coords: Vec<&Expr> = match values {
-                AxisExpr::Range(..) => Vec::new(),
                 AxisExpr::Labelled(values, _) => values.iter().map(|(_, value)| value).collect(),
                 AxisExpr::List(Expr { kind: ExprKind::List(items), .. }) => items.iter().collect(),
-                AxisExpr::List(_) => Vec::new(),
+                AxisExpr::List(_) | AxisExpr::Range(..) => Vec::new(),
             };
             let place = fields.iter().position(|own| Some(own.value.as_str()) == field);
             for coord in coords {

@@ -14,7 +14,7 @@ pub(super) enum Cell {
 }
 
 /// From here on whole numbers may be none of the reals.
-const LARGE: f64 = 9_007_199_254_740_992.0;
+pub(super) const LARGE: f64 = 9_007_199_254_740_992.0;
 
 /// What a cell holds, blanks and quotes around it taken away. A whole number that would be rounded is none.
 pub(super) fn cell(field: &[u8]) -> Cell {

@@ -8,6 +8,7 @@ use crate::table::{Cells, Choose, Column, Style, Table, Values, Want};
 use cell::{Cell, cell, refused};
 
 mod cell;
+mod lane;
 mod place;
 mod quotes;
 
@@ -33,19 +34,28 @@ pub fn write(columns: &[(&str, &[f64])]) -> Vec<u8> {
 /// # Errors
 /// What is wrong with it, with the line.
 pub fn read(bytes: &[u8], style: Style, choose: &mut Choose<'_>) -> Result<Table, String> {
+    read_by(bytes, style, choose, true)
+}
+
+/// - `lane`: whether plain rows are read on their own.
+fn read_by(
+    bytes: &[u8],
+    style: Style,
+    choose: &mut Choose<'_>,
+    lane: bool,
+) -> Result<Table, String> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     // As other programs than editors of text write, and UTF-16 has it.
     if bytes.iter().take(4096).any(|byte| *byte == 0) {
         return Err("it is no text in UTF-8: it has a byte 0".to_owned());
     }
     quotes::sound(bytes, style.separator)?;
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .delimiter(style.separator)
-        .trim(Trim::None)
-        .buffer_capacity(1 << 16)
-        .from_reader(bytes);
+    let reader_from = |at: usize| {
+        let mut builder = ReaderBuilder::new();
+        builder.has_headers(false).flexible(true).delimiter(style.separator).trim(Trim::None);
+        builder.buffer_capacity(1 << 16).from_reader(bytes.get(at..).unwrap_or_default())
+    };
+    let mut reader = reader_from(0);
     let mut record = ByteRecord::new();
     let unread = |error: csv::Error| format!("it cannot be read: {error}");
     let nameless = || "its first line has no names of columns".to_owned();
@@ -61,9 +71,18 @@ pub fn read(bytes: &[u8], style: Style, choose: &mut Choose<'_>) -> Result<Table
     if !style.header {
         add(&mut columns, &names, &record, style.cells).map_err(|why| format!("line 1{why}"))?;
     }
+    let place = |position: &csv::Position| usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    let mut begin = place(reader.position());
+    // The second half of what ended the line.
+    if begin > 0 && bytes[begin - 1] == b'\r' && bytes.get(begin) == Some(&b'\n') {
+        begin += 1;
+    }
+    if lane {
+        begin = lane::plain(bytes, begin, style.separator, &mut columns);
+    }
+    let mut reader = reader_from(begin);
     while reader.read_byte_record(&mut record).map_err(unread)? {
-        let at = record.position().map_or(0, csv::Position::byte);
-        let at = usize::try_from(at).unwrap_or(usize::MAX);
+        let at = begin + record.position().map_or(0, place);
         if names.len() == 1
             && let Some(line) = place::blank_before(bytes, at)
         {

@@ -107,6 +107,43 @@ fn what_is_wrong_is_told() {
 }
 
 #[test]
+fn plain_rows_are_what_the_other_reader_makes_of_them() {
+    let wants = [Want::Numbers, Want::Nothing, Want::Numbers];
+    let check = |text: &[u8], style: Style| {
+        let mut choose =
+            |names: &[String]| Ok(names.iter().zip(wants).map(|(_, want)| want).collect());
+        let [fast, slow] =
+            [true, false].map(|lane| match read_by(text, style, &mut choose, lane) {
+                Ok(table) => format!("{:?}", table.columns),
+                Err(why) => why,
+            });
+        assert_eq!(fast, slow, "{:?}", String::from_utf8_lossy(text));
+    };
+    let text = b"a,b,c\n1.5,-2,3e-2\r\n0.1,x y,7\n-4,,.5\n9007199254740991,5,1e400\n12,6,+7.\n";
+    let bytes = [b'"', b',', b'\n', b'\r', b' ', 0xff, b'x', b'0', b'e', b'-', b'.', b';'];
+    for cells in [Cells::Finite, Cells::Gaps, Cells::Any] {
+        for header in [true, false] {
+            let style = Style { header, cells, ..STYLE };
+            for i in 0..text.len() {
+                for byte in bytes {
+                    let mut other = text.to_vec();
+                    other[i] = byte;
+                    check(&other, style);
+                    other[i] = text[i];
+                    other.insert(i, byte);
+                    check(&other, style);
+                }
+                check(&text[..i], style);
+                check(&text[i..], style);
+            }
+        }
+    }
+    for text in ["a\n1\n\n2\n", "a\r1\r2", "a\r\n1\r\n\r\n", "a\n1", "a\n", "a", "a\n1\n2\n\n"] {
+        check(text.as_bytes(), STYLE);
+    }
+}
+
+#[test]
 fn whatever_the_bytes_nothing_breaks() {
     let text = b"a,\"b\"\r\n\"1\",2\n-3e5,\"4\"\n";
     for i in 0..text.len() {
