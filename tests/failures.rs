@@ -179,7 +179,7 @@ fn what_failed_is_missing_and_the_rest_is_shown() {
     for told in [
         "holds     none",
         "undecided some  difference NaN, n = 5: seed 2 is missing",
-        "undecided all  difference NaN, n = 0: seeds 0, 1, 2, 3, 4, 5 are missing",
+        "undecided all  difference NaN: seeds 0, 1, 2, 3, 4, 5 are missing",
         "undecided pair  difference NaN, n = 5: seed 2 is missing",
         "undecided mean  difference NaN: seed 2 is missing",
         "holds     rest",

@@ -123,7 +123,7 @@ fn difference(finding: &Finding) -> String {
         }
         [estimate, ..] if n > 0 => format!("  difference {estimate}, n = {n}{}", why(finding)),
         _ if finding.outcome == Verdict::Holds => String::new(),
-        estimate => format!("  difference {}", estimate.concat()),
+        estimate => format!("  difference {}{}", estimate.concat(), why(finding)),
     }
 }
 

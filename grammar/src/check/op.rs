@@ -288,7 +288,7 @@ impl<'a> Checker<'a> {
             ExprKind::Select { base, .. } => self.spoken(at, base),
             // What a reduction leaves of a value is called as that is.
             ExprKind::Call { name, args }
-                if self.library.reduces(super::maths::meant(name, args)) =>
+                if self.library.reduces(super::maths::meant(&name.value, args)) =>
             {
                 match &args[..] {
                     [(_, first), ..] => self.spoken(at, first),

@@ -140,7 +140,13 @@ impl Problem {
             log_sum_exp(&logits.into_owned()) - own
         });
         let penalty = 0.5 * self.penalty * theta.rows(0, d).norm_squared();
-        each.sum::<f64>() / real(self.x.nrows()) + penalty
+        each.sum::<f64>() / real(self.x.nrows()) + penalty + 0.5 * self.drift(theta).powi(2)
+    }
+
+    /// The sum of the intercepts of a softmax. It says nothing, and would be anything: it is drawn to 0, which costs
+    /// nothing at the minimum.
+    fn drift(&self, theta: &DMatrix<f64>) -> f64 {
+        if self.targets.ncols() == 1 { 0.0 } else { theta.row(self.x.ncols()).sum() }
     }
 
     /// The probability of the class of each logit.
@@ -164,7 +170,7 @@ impl Problem {
         back.rows_mut(0, d).copy_from(&(self.x.tr_mul(by_logits) / real(n)));
         let mut weights = back.rows_mut(0, d);
         weights += theta.rows(0, d) * self.penalty;
-        back.row_mut(d).copy_from(&by_logits.row_mean());
+        back.row_mut(d).copy_from(&by_logits.row_mean().add_scalar(self.drift(theta)));
         back
     }
 
@@ -212,7 +218,9 @@ impl Problem {
         let squares = self.x.map(|x| x * x).tr_mul(&spread) / real(n);
         diagonal.rows_mut(0, d).copy_from(&squares.add_scalar(self.penalty));
         // A class that is certain has no slope to speak of.
-        diagonal.row_mut(d).copy_from(&spread.row_mean().map(|x| x.max(f64::MIN_POSITIVE.sqrt())));
+        let of_drift = if shares.ncols() == 1 { 0.0 } else { 1.0 };
+        let own = spread.row_mean().map(|x| x.max(f64::MIN_POSITIVE.sqrt()) + of_drift);
+        diagonal.row_mut(d).copy_from(&own);
         diagonal
     }
 }
@@ -230,6 +238,9 @@ fn log_sum_exp(logits: &RowDVector<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
 
     /// The mean share of each class where inputs say nothing.
@@ -311,5 +322,42 @@ mod tests {
             let fit = logistic(&xs, 2, &classes, 2, c).expect("there is one");
             assert!(fit.weights[0] > 0.0);
         }
+    }
+
+    #[test]
+    fn three_classes_apart_settle_whatever_the_penalty() {
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        for trial in 0..8 {
+            let (n, d) = (90, 13);
+            let classes: Vec<usize> = (0..n).map(|i| i % 3).collect();
+            let draw = |class: usize| {
+                move |rng: &mut ChaCha8Rng, j: usize| {
+                    rng.random::<f64>() * 2.0 - 1.0 + if j % 3 == class { 1.5 } else { 0.0 }
+                }
+            };
+            let xs: Vec<f64> = classes
+                .iter()
+                .flat_map(|class| (0..d).map(|j| draw(*class)(&mut rng, j)).collect::<Vec<_>>())
+                .collect();
+            for c in [1e-3, 0.1, 1.0, 10.0, 1e3] {
+                let fit = logistic(&xs, d, &classes, 3, c);
+                let fit = fit.unwrap_or_else(|why| panic!("{why} in trial {trial} at {c}"));
+                assert!(fit.intercepts.iter().sum::<f64>().abs() < 1e-6, "{fit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_intercepts_of_a_softmax_do_not_drift() {
+        let x = DMatrix::from_fn(9, 2, |n, j| real((n * 5 + j * 3) % 7) - 3.0);
+        let targets = DMatrix::from_fn(9, 3, |n, k| f64::from(u8::from(n % 3 == k)));
+        let problem = Problem { x, targets, penalty: 0.1 };
+        let theta = problem.solved().expect("there is one");
+        let shares = problem.shares(&theta);
+        // What rounding leaves of a gradient points along them all together, where nothing is curved.
+        let rounding = DMatrix::from_element(3, 3, 1e-12);
+        let step = problem.newton_step(&shares, &(problem.gradient(&theta, &shares) + rounding));
+        assert!(step.norm() < 1e-9, "{}", step.norm());
+        assert!(problem.drift(&theta).abs() < 1e-9);
     }
 }
