@@ -34,7 +34,7 @@ pub(crate) fn try_all(name: &str, document: &str) -> usize {
         assert!(block.info.is_empty() || runs || !expected.is_empty(), "{place}");
         assert_eq!(codes(&said), expected, "{place}: {}{}", said.out, said.err);
         if expected.is_empty() {
-            let code = u8::from(block.info == "misses").into();
+            let code = u8::from(block.info == "misses");
             assert_eq!(said.code, code, "{place}: {}{}", said.out, said.err);
         }
     }

@@ -12,7 +12,9 @@ fn root() -> PathBuf {
 #[test]
 fn every_spec_checks_without_a_word_in_every_profile() {
     let mut n_specs = 0;
-    for folder in ["", "ch2", "ch5", "command"].map(|folder| root().join(folder)) {
+    for folder in
+        ["", "ch2", "ch5", "command", "papers", "studies"].map(|folder| root().join(folder))
+    {
         for entry in fs::read_dir(folder).expect("experiments are there").flatten() {
             if entry.path().extension().is_none_or(|extension| extension != "ivx") {
                 continue;
@@ -80,6 +82,32 @@ fn the_tables_of_example_2_1_are_as_published() {
     let table = project.read("results/ch2/boxes/tables/2.2a.csv");
     let rows: Vec<&str> = table.lines().collect();
     assert!(rows.contains(&"WCU,1,0") || rows.contains(&"WCU,1.0,0.0"), "{table}");
+}
+
+#[test]
+fn studies_are_short_and_run_at_their_smallest() {
+    let project = Project::with(&[]);
+    for folder in ["papers/data", "studies"] {
+        for entry in fs::read_dir(root().join(folder)).expect("studies are there").flatten() {
+            let text = fs::read_to_string(entry.path()).expect("they are text");
+            let name = Path::new(folder).join(entry.file_name()).display().to_string();
+            assert!(!name.ends_with(".ivx") || text.lines().count() <= 60, "{name}");
+            project.write(&name, &text);
+        }
+    }
+    for study in ["ablation", "baselines", "nested_folds", "own_bandit", "sweep", "wind"] {
+        let said = project.run(
+            "exec",
+            &format!("studies/{study}.ivx"),
+            &["--profile", "smoke", "--out", study],
+        );
+        // One learning rate of the sweep is there to run away, and the rest is shown.
+        assert_eq!(said.code, u8::from(study == "sweep"), "{study}: {}{}", said.out, said.err);
+        assert!(said.out.contains("nodes executed"), "{}", said.out);
+        assert!(project.read(&format!("{study}/report.html")).contains("</html>"));
+    }
+    assert!(project.read("sweep/tables/sweep.md").contains("missing (2 of 2)"));
+    assert!(project.read("sweep/figures/sweep.svg").contains("values are missing"));
 }
 
 fn specs() -> Vec<(String, String)> {

@@ -14,6 +14,7 @@ use ivx_op::Outcome as Verdict;
 use serde_json::json;
 
 use super::diff::interval;
+use super::measured;
 use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
@@ -57,6 +58,7 @@ pub(crate) fn exec(
         file.ast = Ast::default();
     }
     let plan = expand(&ready.spec, &ready.registry);
+    let unclaimed = measured::unclaimed(&ready.spec);
     ready.spec.exprs = Vec::new();
     ready.spec.held = Vec::new();
     if !project::is_marked(&root) && !results.exists() {
@@ -122,7 +124,7 @@ pub(crate) fn exec(
     if is_json {
         writeln!(out, "{}", summary::as_json(&run, &found, &shown))?;
     } else {
-        summary::write(&run, &found, out)?;
+        summary::write(&run, &found, &unclaimed, out)?;
         writeln!(out, "results: {}\nreport:  {}", shown[0], shown[1])?;
     }
     let mut claims = found.experiments.values().flat_map(|found| found.claims.values());

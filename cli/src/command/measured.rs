@@ -1,9 +1,10 @@
 //! Measures that no claim mentions, as `ivx exec` tells them.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 
 use ivx_engine::Measure;
-use ivx_grammar::ir::Experiment;
+use ivx_grammar::ir::{Experiment, ExprId, Spec};
 use ivx_op::{shown, shown_together};
 
 use super::diff::interval;
@@ -15,13 +16,26 @@ const MOST: usize = 8;
 /// The axis of replications.
 const SEED: &str = "seed";
 
-/// Names of the measures of an experiment that none of its claims mentions.
-pub(super) fn unclaimed(experiment: &Experiment) -> impl Iterator<Item = &str> {
-    let claimed = |name: &str| {
+/// The measures of each experiment that none of its claims mentions or is made of.
+pub(super) fn unclaimed(spec: &Spec) -> BTreeMap<String, Vec<String>> {
+    let of = |experiment: &Experiment| {
+        let mut made_of: BTreeSet<ExprId> = BTreeSet::new();
+        let mut todo: Vec<ExprId> = experiment.claims.iter().map(|own| own.output.expr).collect();
+        while let Some(id) = todo.pop() {
+            if made_of.insert(id) {
+                todo.extend(spec.inputs(spec.expr(id)));
+            }
+        }
+        // What is made of all seeds is judged by other expressions than those that show it.
         let word = |c: char| !(c.is_alphanumeric() || c == '_');
-        experiment.claims.iter().any(|claim| claim.output.source.split(word).any(|w| w == name))
+        let mentioned = |name: &str| {
+            experiment.claims.iter().any(|own| own.output.source.split(word).any(|w| w == name))
+        };
+        let measures = experiment.measures.iter();
+        let free = measures.filter(|own| !made_of.contains(&own.expr) && !mentioned(&own.name));
+        (experiment.name.clone(), free.map(|own| own.name.clone()).collect())
     };
-    experiment.measures.iter().map(|measure| measure.name.as_str()).filter(move |n| !claimed(n))
+    spec.experiments.iter().map(of).collect()
 }
 
 /// Writes what a measure amounts to: over seeds, the mean and its 95 % interval.

@@ -1,5 +1,6 @@
 //! What `ivx exec` says at its end: claims, then what was run.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use ivx_engine::{Claim, Results, notes, reason, verdict};
@@ -13,13 +14,21 @@ use crate::render::visible;
 
 /// Writes the claims in the order of the spec, the measures that none of them mentions, and how many nodes were
 /// executed.
-pub(super) fn write(run: &Account<'_>, results: &Results, out: &mut dyn Write) -> io::Result<()> {
+///
+/// - `unclaimed`: the names of such measures, by experiment.
+pub(super) fn write(
+    run: &Account<'_>,
+    results: &Results,
+    unclaimed: &BTreeMap<String, Vec<String>>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     for words in &results.differs {
         writeln!(out, "differs     {}", visible(words))?;
     }
     for experiment in &run.spec.experiments {
         let found = &results.experiments[&experiment.name];
-        if experiment.claims.is_empty() && found.differs.is_empty() && found.measures.is_empty() {
+        let unclaimed = unclaimed.get(&experiment.name).map_or(&[][..], Vec::as_slice);
+        if experiment.claims.is_empty() && found.differs.is_empty() && unclaimed.is_empty() {
             continue;
         }
         writeln!(out, "{}", experiment.name)?;
@@ -30,7 +39,7 @@ pub(super) fn write(run: &Account<'_>, results: &Results, out: &mut dyn Write) -
         for own in &experiment.claims {
             claim(&own.output.name, &claims[&own.output.name], out)?;
         }
-        for name in measured::unclaimed(experiment) {
+        for name in unclaimed {
             measured::write(name, &found.measures[name], out)?;
         }
     }
