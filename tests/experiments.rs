@@ -96,11 +96,9 @@ fn studies_are_short_and_run_at_their_smallest() {
         }
     }
     for study in ["ablation", "baselines", "nested_folds", "own_bandit", "sweep", "wind"] {
-        let said = project.run(
-            "exec",
-            &format!("studies/{study}.ivx"),
-            &["--profile", "smoke", "--out", study],
-        );
+        let (spec, out) =
+            (format!("studies/{study}.ivx"), project.path(study).display().to_string());
+        let said = project.run("exec", &spec, &["--profile", "smoke", "--out", &out]);
         // One learning rate of the sweep is there to run away, and the rest is shown.
         assert_eq!(said.code, u8::from(study == "sweep"), "{study}: {}{}", said.out, said.err);
         assert!(said.out.contains("nodes executed"), "{}", said.out);
