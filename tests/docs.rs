@@ -20,6 +20,7 @@ fn the_specs_in_documents_do_what_they_should() {
         ("docs/command.md", 3),
         ("docs/agents.md", 3),
         ("docs/learners.md", 2),
+        ("docs/from-python.md", 3),
     ] {
         let text = fs::read_to_string(root().join(path)).expect("the document is there");
         assert!(try_all(path, &text) >= least, "{path} has its blocks");
