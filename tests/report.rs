@@ -35,5 +35,5 @@ fn what_failed_is_told() {
     let report = project.read("results/documented/report.md");
     assert!(report.contains("\n## Failures\n\n- `documented/"), "{report}");
     assert!(report.contains("Not there, because something that it needs has failed."), "{report}");
-    assert!(report.contains("**not run**: a loss is feared"), "{report}");
+    assert!(report.contains("**undecided**: a loss is feared"), "{report}");
 }

@@ -97,7 +97,7 @@ fn lists_are_reckoned_with_item_by_item() {
         "axis k = [\"a\", \"b\"]\n let n = where(k == \"a\", 1, 2)\n measure m = 1.0 * n",
         "1.0,2.0",
     );
-    check("measure m = floor(2.0 * pi) + floor(10.0 * e)", "33.0");
+    check("measure m = floor(2.0 * pi) + floor(10.0 * exp(1))", "33.0");
 }
 
 #[test]

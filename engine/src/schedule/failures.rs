@@ -1,5 +1,6 @@
 //! What becomes of nodes that fail, of those that need them, and of those whose bytes are gone.
 
+use ivx_op::{Artifact as _, Verdict};
 use petgraph::graph::NodeIndex;
 
 use super::Run;
@@ -90,13 +91,16 @@ impl Run<'_> {
     }
 
     /// Looks nodes up that wait for nothing any more, and lack some of what they take. One that lacks all of it is
-    /// skipped.
+    /// skipped, unless it is to judge that.
     fn go_on(&mut self, mut ready: Vec<NodeIndex>) {
         while let Some(node) = ready.pop() {
             let inputs = || self.step(node).sources().filter_map(|source| source.node());
             let there = |node: NodeIndex| self.nodes[node.index()].output.is_some();
+            let judges = self.registry.results_in(&self.step(node).op, Verdict::KIND);
             match inputs().find_map(|input| self.lost(input)) {
-                Some(cause) if !inputs().any(there) => self.skip_all(vec![node], cause, &mut ready),
+                Some(cause) if !judges && !inputs().any(there) => {
+                    self.skip_all(vec![node], cause, &mut ready);
+                }
                 _ if self.lost(node).is_none() => self.resolve(node),
                 _ => {}
             }

@@ -84,9 +84,8 @@ impl Checker<'_> {
             ),
         ]);
         let [left, right] = sides.ids.map(|id| vec![self.program.everything(id)]);
-        // Seeds along an axis are counted here, those inside when they are there.
-        let inside = sides.behind.iter().filter(|id| self.program.seed_of(**id).is_none());
-        let behind = inside.map(|id| self.program.everything(*id)).collect();
+        // Seeds along an axis are counted here, those inside when they are there; which are missing is seen of both.
+        let behind = sides.behind.iter().map(|id| self.program.everything(*id)).collect();
         let ports = [("left", left), ("right", right), ("behind", behind)];
         let ports = ports.map(|(port, feeds)| (port.to_owned(), feeds));
         let op = Op { name: "claim".to_owned(), args, ports: ports.into(), stochastic: false };

@@ -149,6 +149,13 @@ impl Registry {
         self.ops.values().map(|(decl, ..)| decl).chain(self.parts.values()).chain(rows)
     }
 
+    /// Whether there is an operation of this name, and it results in a kind of artifact.
+    #[must_use]
+    pub fn results_in(&self, name: &str, artifact: &str) -> bool {
+        let decl = self.ops.get(name).map(|(decl, ..)| decl);
+        decl.is_some_and(|decl| matches!(&decl.role, Role::Op(out) if out.artifact == artifact))
+    }
+
     /// The fields of a kind of artifact; none if it is no record.
     #[must_use]
     pub fn fields(&self, artifact: &str) -> &'static [FieldDecl] {

@@ -40,7 +40,7 @@ declare! {
         by: String = "tails";
         /// How many seeds the sides rest on, by the side with fewer; 0 where nothing draws or it is not known.
         seeds: usize = 0;
-        /// What was resampled whose seeds lie along no axis.
+        /// What was resampled.
         behind: Many<Everything<Array>> = Vec::<i64>::new();
         /// Whether the numbers are only compared: they say something of these seeds alone.
         describes: bool = false;
