@@ -72,7 +72,7 @@ print(json.dumps(score))
 #[test]
 fn its_scores_on_the_same_splits_are_ours() {
     let Some(python) = std::env::var("IVX_PYTHON").ok().filter(|python| has_it(python)) else {
-        println!("skipped: `IVX_PYTHON` names no Python with scikit-learn");
+        eprintln!("skipped: `IVX_PYTHON` names no Python with scikit-learn");
         return;
     };
     let data = |name| {

@@ -86,7 +86,7 @@ fn lines(measure: &Measure) -> Vec<(String, String)> {
 
 fn amount(measure: &Measure, places: &[usize]) -> String {
     let lost = places.iter().filter(|place| measure.missing_at(**place).is_some()).count();
-    match (lost, &places[..]) {
+    match (lost, places) {
         (1.., [_]) => return "missing".to_owned(),
         (1.., all) => return format!("missing ({lost} of {})", all.len()),
         _ => {}

@@ -75,15 +75,7 @@ impl<'a> Checker<'a> {
                 let Some(gathered) = self.gathered(feed.port, *id, &taken, *feed_span) else {
                     return Val::Poison;
                 };
-                let gathered = match &mut along {
-                    _ if feed.port.gather != Gather::Named => gathered,
-                    None => along.insert(gathered).clone(),
-                    // What is seen beside something else has a place wherever that has one.
-                    Some(along) if gathered.iter().all(|axis| along.contains(axis)) => {
-                        along.clone()
-                    }
-                    Some(_) => gathered,
-                };
+                let gathered = beside(feed.port, gathered, &mut along);
                 let own = self.program.expr(*id).axes.clone();
                 everything.extend(&own);
                 axes.extend(own.iter().filter(|axis| !gathered.contains(axis)));
@@ -406,5 +398,16 @@ impl<'a> Checker<'a> {
                 kept.chain(add.iter().map(ToString::to_string)).collect()
             }
         }
+    }
+}
+
+/// The axes that a port gathers: where they are named, those that the first such port gathers, `along`, too. What is
+/// seen beside something else has a place wherever that has one.
+fn beside(port: Port, gathered: Vec<AxisId>, along: &mut Option<Vec<AxisId>>) -> Vec<AxisId> {
+    match along {
+        _ if port.gather != Gather::Named => gathered,
+        None => along.insert(gathered).clone(),
+        Some(along) if gathered.iter().all(|axis| along.contains(axis)) => along.clone(),
+        Some(_) => gathered,
     }
 }

@@ -66,7 +66,7 @@ impl Desc {
                 right.visit(see);
             }
             Self::Widen(inner, _) | Self::Field(inner, _) | Self::Function(_, inner) => {
-                inner.visit(see)
+                inner.visit(see);
             }
         }
     }

@@ -118,10 +118,8 @@ pub(super) fn columns(values: &[Arranged], best: Best) -> Vec<Column> {
         for (i, (place, coordinate)) in
             labels(&inner).into_iter().zip(coordinates(&inner)).enumerate()
         {
-            let head = match inner.is_empty() {
-                true => name.to_owned(),
-                false => format!("{name}, {coordinate}"),
-            };
+            let head =
+                if inner.is_empty() { name.to_owned() } else { format!("{name}, {coordinate}") };
             let cells = cells.iter().skip(i).step_by(n).map(|cell| Some(*cell)).collect();
             columns.push(Column { head, place, over_seed: *over_seed, best, cells });
         }

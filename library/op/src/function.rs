@@ -159,12 +159,13 @@ impl<I: Inputs> Function<I> {
                 Code::Input(i) => input(*i, &mut columns[top]),
                 Code::Of(maths, arity) => {
                     top -= arity;
-                    let mut x = [0.0; 3];
-                    for row in 0..rows {
-                        for (i, x) in x[..*arity].iter_mut().enumerate() {
-                            *x = columns[top + i][row];
+                    let (first, others) = columns[top..].split_at_mut(1);
+                    for (row, out) in first[0][..rows].iter_mut().enumerate() {
+                        let mut x = [*out, 0.0, 0.0];
+                        for (x, other) in x[1..*arity].iter_mut().zip(&*others) {
+                            *x = other[row];
                         }
-                        columns[top][row] = maths.of(&x[..*arity]);
+                        *out = maths.of(&x[..*arity]);
                     }
                 }
             }
