@@ -3,7 +3,7 @@
 use ivx_op::{Facts, OpError, Wrong, shown};
 
 use super::drawing::{Drawing, Mark};
-use super::scale::{Scale, Ticks};
+use super::scale::{Scale, Ticks, ticks};
 
 /// Whether an axis is logarithmic, by the name of its scale.
 ///
@@ -67,20 +67,31 @@ pub(super) fn scaled(mut drawing: Drawing, x: &str, y: &str) -> Result<Drawing, 
     Ok(drawing)
 }
 
-/// Ticks at powers of ten; at 2 and 5 of each too, where few of these would be seen.
+/// Ticks at powers of ten; where fewer than three would be seen, at 2 and 5 of each too, then at all digits, and at last
+/// at round numbers.
 pub(super) fn log_ticks(scale: Scale, about: u32) -> Ticks {
     let within = |at: &f64| (scale.low - 1e-9..=scale.high + 1e-9).contains(at);
     #[expect(clippy::cast_possible_truncation, reason = "logarithms of numbers are below 309")]
     let (first, last) = (scale.low.floor() as i32, scale.high.ceil() as i32);
     let at = |digits: &[f64]| -> Vec<(f64, f64)> {
-        let of = |power: i32| digits.iter().map(move |digit| digit * 10_f64.powi(power));
+        // Divided by whole powers, so that 0.6 is what it reads.
+        let scaled = |digit: f64, power: i32| match power {
+            0.. => digit * 10_f64.powi(power),
+            _ => digit / 10_f64.powi(-power),
+        };
+        let of = |power: i32| digits.iter().map(move |digit| scaled(*digit, power));
         let all = (first..=last).flat_map(of).map(|value| (value.log10(), value));
         all.filter(|(at, _)| within(at)).collect()
     };
-    let mut places = at(&[1.0]);
-    if places.len() < 3 {
-        places = at(&[1.0, 2.0, 5.0]);
-    }
+    let digits: [&[f64]; 3] =
+        [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]];
+    let enough = digits.into_iter().map(at).find(|places| places.len() >= 3);
+    let Some(places) = enough else {
+        let ends = Scale { low: 10_f64.powf(scale.low), high: 10_f64.powf(scale.high) };
+        let mut round = ticks(ends, about);
+        round.at.iter_mut().for_each(|value| *value = value.log10());
+        return round;
+    };
     let step = places.len().div_ceil(about.max(2) as usize).max(1);
     let places: Vec<(f64, f64)> = places.into_iter().step_by(step).collect();
     let labels = places.iter().map(|(_, value)| shown(*value).replace('-', "−")).collect();
@@ -116,5 +127,7 @@ mod tests {
         assert_eq!(labels(-3.0, 0.0), ["0.001", "0.01", "0.1", "1"]);
         assert_eq!(labels(-0.1, 1.1), ["1", "2", "5", "10"]);
         assert_eq!(labels(0.0, 10.0).len(), 4);
+        assert_eq!(labels(-0.45, -0.1), ["0.4", "0.5", "0.6", "0.7"]);
+        assert_eq!(labels(0.31, 0.34), ["2.05", "2.10", "2.15"]);
     }
 }
