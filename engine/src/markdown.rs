@@ -163,10 +163,8 @@ fn numbers(measure: &Measure) -> String {
         return "(its dimensions differ from coordinate to coordinate)".to_owned();
     }
     let over: Vec<String> = measure.dims.iter().map(|dim| code(&dim.name)).collect();
-    let known = measure.values.iter().copied().filter(|x| !x.is_nan());
-    let missing = measure.values.len() - known.clone().count();
-    let range = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
-    let range = range.map_or_else(String::new, |(low, high)| {
+    let missing = measure.values.iter().filter(|x| x.is_nan()).count();
+    let range = measure.ends().map_or_else(String::new, |(low, high)| {
         let ends = shown_together(&[low, high]);
         format!(" from {}", ends.join(" to "))
     });

@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use ivx_cache::Digest;
 use ivx_grammar::ir::{Judged, Mark, Output, Param, Spec};
-use ivx_op::{Array, Artifact, Dim, Figure, Finding, Gathered, Lit, Outcome as Verdict, Table};
+use ivx_op::{
+    Array, Artifact, Dim, Figure, Finding, Gathered, Lit, MISSING, Outcome as Verdict, Table,
+    labels_at,
+};
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
 
@@ -81,27 +84,30 @@ pub struct Measure {
 }
 
 impl Measure {
+    /// The lowest and the highest of its numbers, but what is none; nothing if all are none.
+    #[must_use]
+    pub fn ends(&self) -> Option<(f64, f64)> {
+        let known = self.values.iter().copied().filter(|x| !x.is_nan());
+        known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)))
+    }
+
     /// The node that failed, if the number at a place in `values` is missing because of it.
     #[must_use]
     pub fn missing_at(&self, place: usize) -> Option<&str> {
         if self.missing.is_empty() {
             return None;
         }
-        let (mut rest, mut at) = (place, Vec::new());
-        for dim in self.dims.iter().rev() {
-            at.push(coordinate(dim, rest % dim.len()));
-            rest /= dim.len();
-        }
-        at.reverse();
+        let at = coordinates(&self.dims, place);
         // Axes come first, and dimensions inside an array have nothing missing of their own.
         let known = (0..=at.len()).find_map(|n| self.missing.get(&at[..n].join(",")));
         known.map(String::as_str)
     }
 }
 
-/// `n=5`: a coordinate as addresses have it.
-fn coordinate(dim: &Dim, place: usize) -> String {
-    format!("{}={}", dim.name, dim.labels.text(place))
+/// `n=5`: the coordinates of a place as addresses have them.
+fn coordinates(dims: &[Dim], place: usize) -> Vec<String> {
+    let labels = labels_at(dims, place);
+    dims.iter().zip(labels).map(|(dim, label)| format!("{}={label}", dim.name)).collect()
 }
 
 /// What became of a claim.
@@ -251,11 +257,11 @@ fn bytes(source: &Source, outcome: &Outcome) -> Option<Arc<[u8]>> {
 
 /// The numbers of a measure; NaN where a node that they need has failed.
 fn measure(plan: &Plan, family: &Family, outcome: &Outcome) -> Measure {
-    let decode = |source| bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
-    let known: Vec<Option<Array>> = family.sources.iter().map(decode).collect();
-    let mut unknown = known.iter().flatten().next().cloned().unwrap_or(Array::scalar(f64::NAN));
-    unknown.values.fill(f64::NAN);
-    let values = known.into_iter().map(|value| value.unwrap_or_else(|| unknown.clone())).collect();
+    let decode = |source| {
+        let array = bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
+        array.unwrap_or(Array::scalar(MISSING))
+    };
+    let values = family.sources.iter().map(decode).collect();
     let gathered = Gathered { dims: family.dims.clone(), values, name: String::new() };
     let missing = missing(plan, family, outcome);
     match Array::stack(&gathered) {
@@ -278,13 +284,7 @@ fn missing(plan: &Plan, family: &Family, outcome: &Outcome) -> BTreeMap<String, 
             Fate::Skipped { cause } => cause,
             _ => continue,
         };
-        let (mut rest, mut at) = (i, Vec::new());
-        for dim in family.dims.iter().rev() {
-            at.push(coordinate(dim, rest % dim.len()));
-            rest /= dim.len();
-        }
-        at.reverse();
-        missing.insert(at.join(","), plan.graph[cause].address.clone());
+        missing.insert(coordinates(&family.dims, i).join(","), plan.graph[cause].address.clone());
     }
     missing
 }

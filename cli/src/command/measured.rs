@@ -5,7 +5,8 @@ use std::io::{self, Write};
 
 use ivx_engine::Measure;
 use ivx_grammar::ir::{Experiment, ExprId, Spec};
-use ivx_op::{shown, shown_together};
+use ivx_math::moments::mean;
+use ivx_op::{labels_at, shown, shown_together};
 
 use super::diff::interval;
 use crate::render::visible;
@@ -63,16 +64,9 @@ fn lines(measure: &Measure) -> Vec<(String, String)> {
     }
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for i in 0..n {
-        let (mut rest, mut at) = (i, Vec::new());
-        for dim in dims.iter().rev() {
-            let label = dim.labels.text(rest % dim.len());
-            rest /= dim.len();
-            if dim.name != SEED {
-                at.push(format!("{} = {}", dim.name, visible(&label)));
-            }
-        }
-        at.reverse();
-        let at = at.join(", ");
+        let at = dims.iter().zip(labels_at(dims, i)).filter(|(dim, _)| dim.name != SEED);
+        let at = at.map(|(dim, label)| format!("{} = {}", dim.name, visible(&label)));
+        let at = at.collect::<Vec<_>>().join(", ");
         if let Some((_, places)) = groups.iter_mut().find(|(own, _)| *own == at) {
             places.push(i);
         } else if groups.len() == MOST {
@@ -95,14 +89,12 @@ fn amount(measure: &Measure, places: &[usize]) -> String {
     if let [one] = samples[..] {
         return shown(one);
     }
-    #[expect(clippy::cast_precision_loss, reason = "seeds are few")]
-    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
-    let told = |numbers: &[f64]| {
-        shown_together(numbers).iter().map(|x| x.replace("inf", "∞")).collect::<Vec<_>>()
-    };
+    let mean = mean(&samples);
     match interval(&samples) {
         Some((low, high)) => {
-            let told = told(&[mean, low, high]);
+            let told = shown_together(&[mean, low, high]);
+            // The ends may be open.
+            let told: Vec<String> = told.iter().map(|x| x.replace("inf", "∞")).collect();
             format!("{} in [{}, {}], n = {}", told[0], told[1], told[2], samples.len())
         }
         None => format!("{}, n = {}", shown(mean), samples.len()),
@@ -110,9 +102,7 @@ fn amount(measure: &Measure, places: &[usize]) -> String {
 }
 
 fn range(measure: &Measure) -> String {
-    let known = measure.values.iter().copied().filter(|x| !x.is_nan());
-    let ends = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
-    let ends = ends.map_or_else(String::new, |(low, high)| {
+    let ends = measure.ends().map_or_else(String::new, |(low, high)| {
         format!(" from {}", shown_together(&[low, high]).join(" to "))
     });
     let over: Vec<&str> = measure.dims.iter().map(|dim| dim.name.as_str()).collect();

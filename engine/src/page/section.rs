@@ -105,9 +105,7 @@ fn amount(measure: &Measure) -> String {
     if let [one] = measure.values[..] {
         return numbers(&[one]).concat();
     }
-    let known = measure.values.iter().copied().filter(|x| !x.is_nan());
-    let ends = known.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)));
-    let ends = ends.map_or_else(String::new, |(low, high)| {
+    let ends = measure.ends().map_or_else(String::new, |(low, high)| {
         format!(" from {}", numbers(&[low, high]).join(" to "))
     });
     let over: Vec<String> = measure.dims.iter().map(|dim| code(&dim.name)).collect();

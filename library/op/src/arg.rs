@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use crate::{ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Shapes, Takes, Ty};
+use crate::{
+    ArgKind, Args, Array, Artifact, Dim, Gather, Held, Lit, Port, Shapes, Takes, Ty, labels_at,
+};
 
 /// What one run, or one part, is built from.
 #[derive(Clone, Debug, Default)]
@@ -259,17 +261,6 @@ impl<A> Labelled<A> {
         let places = self.0.values.iter().enumerate();
         places.map(|(i, value)| (labels_at(&self.0.dims, i), value))
     }
-}
-
-/// The labels of a place, last axis fastest.
-fn labels_at(dims: &[Dim], mut i: usize) -> Vec<String> {
-    let mut labels: Vec<String> = Vec::new();
-    for dim in dims.iter().rev() {
-        labels.push(dim.labels.text(i % dim.len()));
-        i /= dim.len();
-    }
-    labels.reverse();
-    labels
 }
 
 /// A port that sees its value over the axes which the axis arguments name.

@@ -110,6 +110,20 @@ impl Dim {
     }
 }
 
+/// The labels of a place among the values over some dimensions, last one fastest: one for each dimension.
+pub fn labels_at<'d>(
+    dims: impl IntoIterator<Item = &'d Dim, IntoIter: DoubleEndedIterator>,
+    mut place: usize,
+) -> Vec<String> {
+    let mut labels: Vec<String> = Vec::new();
+    for dim in dims.into_iter().rev() {
+        labels.push(dim.labels.text(place % dim.len()));
+        place /= dim.len();
+    }
+    labels.reverse();
+    labels
+}
+
 impl Array {
     /// A number without dimensions.
     #[must_use]

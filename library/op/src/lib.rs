@@ -30,7 +30,7 @@ pub use arg::{
     Arg, ArgError, AxisNames, Call, Collected, DimNames, Everything, Gathered, GroupBy, How,
     Labelled, Literal, Many, MemberCount, Members, Named, NumericAxis, One, PortType,
 };
-pub use array::{Array, Dim, Labels, MISSING, is_missing};
+pub use array::{Array, Dim, Labels, MISSING, is_missing, labels_at};
 pub use artifact::{
     Artifact, Data, Numbers, Tensors, distance, half, kind_of, read_numbers, read_tensors,
 };

@@ -4,7 +4,7 @@ use ivx_math::evidence::{Evidence, N_RESAMPLES, Spread};
 use ivx_math::moments::mean;
 use ivx_op::{
     Array, Ctx, Dim, Everything, Facts, Finding, Many, Op, OpError, Outcome, Verdict, Wrong,
-    declare, is_missing,
+    declare, is_missing, labels_at,
 };
 
 use super::broadcast::broadcast;
@@ -95,7 +95,8 @@ impl Claim {
         let axes: Vec<&Dim> = groups.kept.iter().map(|&d| &differences.dims[d]).collect();
         let findings = groups.starts.iter().enumerate().map(|(i, &start)| {
             let values = groups.gather(&differences, start);
-            let at = coordinate(&axes, i);
+            let names = axes.iter().map(|axis| axis.name.clone());
+            let at = names.zip(labels_at(axes.iter().copied(), i)).collect();
             let finding = Finding { at, within: self.within, ..Finding::default() };
             if let Some(missing) = missing(&differences, &values, &behind) {
                 let n = values.iter().filter(|x| !is_missing(**x)).count();
@@ -328,17 +329,6 @@ fn missing(
         }
     };
     Some(if labels.is_empty() { vec![String::new()] } else { labels })
-}
-
-/// The axes and labels of the `i`-th coordinate, last axis fastest.
-fn coordinate(axes: &[&Dim], mut i: usize) -> Vec<(String, String)> {
-    let mut at = Vec::with_capacity(axes.len());
-    for axis in axes.iter().rev() {
-        at.push((axis.name.clone(), axis.labels.text(i % axis.len())));
-        i /= axis.len();
-    }
-    at.reverse();
-    at
 }
 
 #[cfg(test)]
