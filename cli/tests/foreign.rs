@@ -154,7 +154,7 @@ fn killed(text: impl Fn(&Path) -> String, gone: impl Fn(&Path)) {
     for _ in 0..3 {
         let (mut child, began) = (start(folder), Instant::now());
         let ends = |child: &mut Child| child.try_wait().expect("it can be asked").is_some();
-        while !(ends(&mut child) || kept(folder) && began.elapsed() > Duration::from_secs(1)) {
+        while !(ends(&mut child) || kept(folder) && began.elapsed() > Duration::from_millis(300)) {
             assert!(began.elapsed() < BOUND, "it does not come to that");
             sleep(Duration::from_millis(2));
         }
