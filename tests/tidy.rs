@@ -19,7 +19,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("library/world", &["ivx-op", "ivx-math", "ivx-data"]),
     ("library/foreign", &["ivx-op", "ivx-data", "ivx-world"]),
     ("library/figure", &["ivx-op", "ivx-math", "ivx-data", "ivx-world"]),
-    ("library/table", &["ivx-op", "ivx-data"]),
+    ("library/table", &["ivx-op", "ivx-math", "ivx-data"]),
     (
         "library",
         &[

@@ -199,6 +199,7 @@ fn peak_and_estimate(hidden: &[usize], n: u32) -> (f64, f64) {
         prior: Box::new(Normal { mean: 0.0, std: 1.0 }),
         loss: Box::new(Squared { noise: 0.1 }),
         batch: 0,
+        adversarial: 0.0,
         optimiser: nets::optimiser(),
     };
     let x = (0..n).map(f64::from).collect();

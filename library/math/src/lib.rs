@@ -20,6 +20,7 @@ pub mod policy;
 pub mod polynomial;
 pub mod returns;
 pub mod several;
+pub mod standard;
 pub mod tabular;
 pub mod tail;
 pub mod tree;

@@ -25,6 +25,8 @@ pub struct Training<'a> {
     pub pull: Pull,
     /// How many observations an update looks at; all where there are not more, or it is 0.
     pub batch: usize,
+    /// How far inputs are moved against the network, as a share of each one's range; 0 for no adversarial training.
+    pub adversarial: f64,
     /// How many updates.
     pub steps: u64,
 }
@@ -35,7 +37,8 @@ pub struct Training<'a> {
 /// 1/N Σ_i loss(y_i, f(x_i; θ)) + strength/2 ‖θ - centre‖²
 /// ```
 ///
-/// where the second term is the pull. A prior network inside `net` is added to `f`, and stays. Batches go
+/// where the second term is the pull; with adversarial training the loss of `x + ε sign(∇_x loss)` is added to that of
+/// `x`. A prior network inside `net` is added to `f`, and stays. Batches go
 /// through the data in an order drawn anew for every pass, and leave out what does not fill one. Progress
 /// is kept with `ctx`, and goes on from there.
 ///
@@ -54,26 +57,61 @@ pub fn fit(
     let mut batches = Batches::new(&net, data, how.batch);
     let mut dropout = ctx.rng("dropout", &[]);
     let rule = Rule { optimiser: how.optimiser, pull: how.pull, steps: how.steps };
+    let reach = reach(data, how.adversarial);
     descend(&mut live, &[""], rule, ctx, |live, t| {
         batches.turn(t, ctx);
         dropout.set_stream(t);
         dropout.set_word_pos(0);
-        objective(live, (&net.form, how.loss), &batches, &mut dropout)
+        let of = |x: Var, dropout: &mut ChaCha8Rng| {
+            objective(live, (&net.form, how.loss), (x, &batches), dropout)
+        };
+        let (graph, shape) = (&live.graph, batch(batches.turns.size(), &net.form.input));
+        let shown = &batches.x.shown;
+        if how.adversarial == 0.0 {
+            return of(graph.input(shape, shown), &mut dropout);
+        }
+        let slope = graph.frozen(|| {
+            let x = graph.variable(shape, shown);
+            graph.backward(of(x, &mut dropout.clone()));
+            graph.grad(x)
+        });
+        let plain = of(graph.input(shape, shown), &mut dropout.clone());
+        let moved = graph.input(shape, &against(shown, &slope, &reach));
+        graph.add(plain, of(moved, &mut dropout))
     })?;
     live.put_into(&mut net.nets);
     Ok(net)
 }
 
-/// The loss of the batch at hand.
+/// How far each number of an input moves: a share of its range in the data.
+fn reach(data: &Dataset, share: f64) -> Vec<f32> {
+    let width = data.form.input_len();
+    let columns = (0..width).map(|i| {
+        let column = data.x.iter().skip(i).step_by(width);
+        let ends = column
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+        share * (ends.1 - ends.0)
+    });
+    singles(&columns.collect::<Vec<_>>())
+}
+
+/// `x + ε sign(slope)`.
+fn against(x: &[f32], slope: &[f32], reach: &[f32]) -> Vec<f32> {
+    let moved = x.iter().zip(slope).zip(reach.iter().cycle());
+    moved
+        .map(|((x, slope), reach)| if *slope == 0.0 { *x } else { x + reach * slope.signum() })
+        .collect()
+}
+
+/// The loss of inputs of the batch at hand.
 fn objective(
     live: &Live,
     (form, loss): (&Form, &dyn Loss),
-    batches: &Batches,
+    (x, batches): (Var, &Batches),
     dropout: &mut ChaCha8Rng,
 ) -> Var {
     let (input, target) = (&form.input[..], &form.target[..]);
     let (n, graph, body) = (batches.turns.size(), &live.graph, live.body(""));
-    let x = graph.input(batch(n, input), &batches.x.shown);
     let mut f = body.module.pass(graph, body.params, (x, input), &mut Mode::Train(dropout));
     if !batches.prior.shown.is_empty() {
         f = graph.add(f, graph.input(graph.shape(f), &batches.prior.shown));

@@ -36,7 +36,7 @@ pub use clip::{ClipNorm, ClipValue};
 pub use curve::Curve;
 pub use descend::{Descent, Rule, Turns, descend};
 pub use fit::{Training, fit};
-pub use function::{Fitted, Forest, Function, Mixture, Neighbours};
+pub use function::{Fitted, Forest, Function, Mixture, Neighbours, Scaled};
 pub use graph::{Graph, Shape, Var};
 pub use live::Live;
 pub use loss::{Loss, Squared};

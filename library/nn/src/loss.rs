@@ -8,6 +8,7 @@ use ivx_data::Misfit;
 use ivx_op::{Parts, declare, family};
 
 use super::graph::{Graph, Shape, Var};
+use super::real::{Real, sigmoid, softplus};
 use crate::Head;
 
 /// What a network's outputs are measured by.
@@ -68,8 +69,11 @@ declare! {
 
 declare! {
     /// The negative log-likelihood of independent Gaussians, whose means and standard deviations the
-    /// network puts out.
-    pub struct GaussianNll = "gaussian_nll" @ 1 {}
+    /// network puts out: log σ, or what makes the variance as in Lakshminarayanan, Pritzel and Blundell (2017, §2.2.1).
+    pub struct GaussianNll = "gaussian_nll" @ 1 {
+        /// Whether `σ² = ln(1 + e^z) + 1e-6` of what the network puts out instead of `σ = e^z`.
+        softplus: bool = false;
+    }
 }
 
 impl Loss for Squared {
@@ -163,7 +167,7 @@ impl Loss for BinaryCrossEntropy {
 
 impl Loss for GaussianNll {
     fn head(&self) -> Head {
-        Head::Gaussian
+        if self.softplus { Head::GaussianVariance } else { Head::Gaussian }
     }
 
     fn outputs(&self, form: &Form) -> Result<Vec<usize>, Misfit> {
@@ -185,9 +189,24 @@ impl Loss for GaussianNll {
         );
         let (means, stds) =
             (graph.columns(outputs, 0, width), graph.columns(outputs, width, width));
+        let stds = if self.softplus { graph.map(stds, log_std, log_std_slope) } else { stds };
         let losses = graph.gaussian_log_prob(graph.sub(targets, means), stds);
         each_target(graph, graph.reshape(losses, shape), -1.0)
     }
+}
+
+/// The variance by [`Head::GaussianVariance`].
+pub(super) fn variance<F: Real>(z: F) -> F {
+    softplus(z) + F::of(1e-6)
+}
+
+/// `log σ` by [`Head::GaussianVariance`].
+fn log_std<F: Real>(z: F) -> F {
+    F::of(0.5) * variance(z).ln()
+}
+
+fn log_std_slope<F: Real>(z: F, _: F) -> F {
+    F::of(0.5) * sigmoid(z) / variance(z)
 }
 
 /// The mean over targets of `scale` times the sum over the numbers of each.

@@ -78,8 +78,18 @@ pub enum Head {
     Mean,
     /// The means of a Gaussian, and the logarithms of its standard deviations behind them.
     Gaussian,
+    /// The means of a Gaussian, and behind them numbers `z` of its variances `ln(1 + e^z) + 1e-6`.
+    GaussianVariance,
     /// The logit of each class; of the second of two, where it is one.
     Logits,
+}
+
+impl Head {
+    /// Whether there is a standard deviation.
+    #[must_use]
+    pub fn says_std(self) -> bool {
+        matches!(self, Self::Gaussian | Self::GaussianVariance)
+    }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use ivx_data::Misfit;
 use rand_chacha::ChaCha8Rng;
 
 use super::live::Live;
-use super::loss::Loss;
+use super::loss::{Loss, variance};
 use super::module::{Mode, batch};
 use super::net::{Net, headed};
 use super::real::Real as _;
@@ -42,7 +42,7 @@ pub fn init(
 #[must_use]
 pub fn predict(net: &NetModel, xs: &[f64]) -> Vec<f64> {
     let outputs = all_outputs(net, xs);
-    if net.head == Head::Gaussian { halves(net, &outputs, 0) } else { outputs }
+    if net.head.says_std() { halves(net, &outputs, 0) } else { outputs }
 }
 
 /// The standard deviation that a network puts out for every target; none if it puts out none.
@@ -51,8 +51,12 @@ pub fn predict(net: &NetModel, xs: &[f64]) -> Vec<f64> {
 /// As [`predict`].
 #[must_use]
 pub fn stds(net: &NetModel, xs: &[f64]) -> Option<Vec<f64>> {
-    let logs = (net.head == Head::Gaussian).then(|| halves(net, &all_outputs(net, xs), 1));
-    logs.map(|logs| logs.into_iter().map(f64::exp).collect())
+    let std: fn(f64) -> f64 = match net.head {
+        Head::Gaussian => f64::exp,
+        Head::GaussianVariance => |z: f64| variance(z).sqrt(),
+        Head::Mean | Head::Logits => return None,
+    };
+    Some(halves(net, &all_outputs(net, xs), 1).into_iter().map(std).collect())
 }
 
 /// The means of Gaussians, or what stands behind them.
@@ -106,12 +110,12 @@ pub fn check(net: &NetModel) -> Result<(), String> {
     let outputs = net.module().output(input).map_err(|misfit| misfit.message)?;
     let wanted = match (net.head, net.form.classes) {
         (Head::Mean, None) => net.form.target_len(),
-        (Head::Gaussian, None) => 2 * net.form.target_len(),
+        (Head::Gaussian | Head::GaussianVariance, None) => 2 * net.form.target_len(),
         (Head::Logits, Some(2)) if outputs.iter().product::<usize>() == net.form.target_len() => {
             net.form.target_len()
         }
         (Head::Logits, Some(classes)) => classes * net.form.target_len(),
-        (Head::Mean | Head::Gaussian, Some(_)) | (Head::Logits, None) => {
+        (Head::Mean | Head::Gaussian | Head::GaussianVariance, Some(_)) | (Head::Logits, None) => {
             return Err("what it puts out are not its targets".to_owned());
         }
     };

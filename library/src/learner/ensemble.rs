@@ -42,9 +42,8 @@ impl Learner for Ensemble {
             return self.learner.train(data, steps, &inner);
         }
         let prior = (self.prior_scale, ctx);
-        self.learner
-            .train_with_prior(data, prior, steps, &inner)
-            .unwrap_or_else(|| Err(no_network()))
+        let trained = self.learner.train_with_prior(data, prior, steps, &inner);
+        trained.filter(|_| self.learner.takes_prior_network()).unwrap_or_else(|| Err(no_network()))
     }
 
     fn fits(&self, form: &Form) -> Result<(), Misfit> {
@@ -57,6 +56,10 @@ impl Learner for Ensemble {
         let prior = if self.prior_network { own / 4 } else { 0 };
         let observation = 8 * (form.input_len() + form.target_len()) as u64;
         own + prior + if self.bootstrap { n * observation } else { 0 }
+    }
+
+    fn updates_in_a_pass(&self, n: usize) -> u64 {
+        self.learner.updates_in_a_pass(n)
     }
 
     fn makes_networks(&self) -> bool {
@@ -77,7 +80,7 @@ fn resample(data: &Dataset, ctx: &Ctx) -> Dataset {
 
 fn priors_are_of_networks(facts: &Facts<'_>) -> Result<(), Wrong> {
     match (facts.arg::<Box<dyn Learner>>("learner"), facts.arg("prior_network")) {
-        (Some(learner), Some(true)) if !learner.makes_networks() => {
+        (Some(learner), Some(true)) if !learner.takes_prior_network() => {
             let help = "say `prior_network: false`".to_owned();
             Err(Wrong { arg: "prior_network", message: NO_NETWORK.to_owned(), help })
         }
@@ -89,8 +92,7 @@ fn no_network() -> OpError {
     OpError::Failed(NO_NETWORK.to_owned())
 }
 
-const NO_NETWORK: &str =
-    "`prior_network: true` needs a learner of networks, such as `map_estimate`";
+const NO_NETWORK: &str = "`prior_network: true` needs a learner of networks, such as `map_estimate` without `adversarial`";
 
 #[cfg(test)]
 mod tests {

@@ -2,8 +2,8 @@
 
 use ivx_data::Misfit;
 use ivx_data::{Dataset, Form};
-use ivx_nn::{Head, Model, NetModel, PRIOR};
-use ivx_nn::{Loss, Net, Optimiser, Training};
+use ivx_nn::{Loss, Net, Optimiser, Training, Turns};
+use ivx_nn::{Model, NetModel, PRIOR};
 use ivx_op::{Ctx, OpError, Part, declare};
 
 use super::{Learner, Prior};
@@ -30,6 +30,10 @@ declare! {
             .with("lr", Part::new("linear").with("from", 4e-4).with("to", 0.0));
         /// How many observations an update looks at; 0 for all.
         batch: usize = 0, in 0.0..;
+        /// How far inputs are moved against the network in adversarial training, as a share of the range that each number
+        /// of an input has in the data; 0 for none. The loss is that of inputs as they are plus that of moved ones,
+        /// `x' = x + ε sign(∇_x loss)` (Goodfellow, Shlens and Szegedy, 2015).
+        adversarial: f64 = 0.0, in 0.0..;
     }
 }
 
@@ -63,7 +67,9 @@ impl Learner for MapEstimate {
     fn memory(&self, form: &Form, n: u64) -> u64 {
         // A parameter, its gradient, two running averages and two copies while the model is put
         // together and encoded; an output, its gradient and one temporary number.
-        let (of_param, of_output) = (6 * 4, 3 * 4);
+        // Adversarial training goes through the network three times.
+        let passes = if self.adversarial > 0.0 { 3 } else { 1 };
+        let (of_param, of_output) = (6 * 4, passes * 3 * 4);
         let module =
             self.loss.outputs(form).and_then(|to| ivx_nn::headed(&*self.net, &form.input, &to));
         let Ok(module) = module else { return 0 };
@@ -76,12 +82,20 @@ impl Learner for MapEstimate {
         (module.n_params() * of_param).saturating_add(outputs).saturating_add(data)
     }
 
+    fn updates_in_a_pass(&self, n: usize) -> u64 {
+        if n == 0 { 1 } else { Turns::new(n, self.batch).in_a_pass() }
+    }
+
     fn makes_networks(&self) -> bool {
         true
     }
 
+    fn takes_prior_network(&self) -> bool {
+        self.adversarial == 0.0
+    }
+
     fn says_std(&self) -> bool {
-        self.loss.head() == Head::Gaussian
+        self.loss.head().says_std()
     }
 }
 
@@ -100,7 +114,14 @@ impl MapEstimate {
         let n = data.len() as f64;
         let pull = self.prior.pull(self.loss.scale(), n);
         let (loss, optimiser) = (&*self.loss, &*self.optimiser);
-        let how = Training { loss, optimiser, pull, batch: self.batch, steps };
+        let how = Training {
+            loss,
+            optimiser,
+            pull,
+            batch: self.batch,
+            adversarial: self.adversarial,
+            steps,
+        };
         let net = ivx_nn::fit(net, data, &how, ctx)?;
         if !net.nets.are_finite() {
             let message = format!(

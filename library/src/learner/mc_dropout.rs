@@ -1,9 +1,9 @@
 //! Dropout as a posterior sampler.
 
-use ivx_nn::ArrayOf;
-use ivx_nn::Model;
+use ivx_nn::{ArrayOf, Fitted, Model};
 use ivx_op::{Ctx, Facts, MemberCount, One, Op, OpError, Shapes, declare};
 use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
 
 declare! {
     /// Members drawn from one network by dropout (Gal and Ghahramani, 2016): each leaves out numbers
@@ -27,30 +27,42 @@ fn as_model(facts: &Facts<'_>) -> Option<Shapes> {
 impl Op for McDropout {
     fn run(&self, ctx: &Ctx) -> Result<Model, OpError> {
         let MemberCount = self.members;
-        let Model::Net(net) = &*self.model else { return Err(no_dropout()) };
-        let rates = net.module().dropout_rates();
-        if rates.is_empty() {
-            return Err(no_dropout());
-        }
-        let mut net = net.clone();
-        net.nets.modules.values_mut().for_each(|module| *module = module.masked());
         let mut rng = ctx.rng("masks", &[]);
-        let masks = net.module().arrays().into_iter().filter(ArrayOf::is_mask);
-        for (mask, rate) in masks.zip(rates) {
-            let n = mask.shape.iter().product();
-            #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
-            let kept = (1.0 / (1.0 - rate)) as f32;
-            let draw = || if rng.random::<f64>() < rate { 0.0 } else { kept };
-            let values: Vec<f32> = std::iter::repeat_with(draw).take(n).collect();
-            if net.prior_scale != 0.0 {
-                // A prior network is a fixed function, of which nothing is left out.
-                let name = ivx_nn::joined(ivx_nn::PRIOR, &mask.name);
-                net.nets.put((name, mask.shape.clone(), vec![1.0; n]));
-            }
-            net.nets.put((mask.name, mask.shape, values));
-        }
-        Ok(Model::Net(net))
+        drawn(&self.model, &mut rng).ok_or_else(no_dropout)
     }
+}
+
+/// A member drawn from a network, or from that inside of what looks at one; none without dropout.
+fn drawn(model: &Model, rng: &mut ChaCha8Rng) -> Option<Model> {
+    let net = match model {
+        Model::Net(net) => net,
+        Model::Fitted(Fitted { form, function }) => {
+            let function = function.around(&mut |model| drawn(model, rng))?;
+            return Some(Model::Fitted(Fitted { form: form.clone(), function }));
+        }
+        Model::Polynomial(_) => return None,
+    };
+    let rates = net.module().dropout_rates();
+    if rates.is_empty() {
+        return None;
+    }
+    let mut net = net.clone();
+    net.nets.modules.values_mut().for_each(|module| *module = module.masked());
+    let masks = net.module().arrays().into_iter().filter(ArrayOf::is_mask);
+    for (mask, rate) in masks.zip(rates) {
+        let n = mask.shape.iter().product();
+        #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
+        let kept = (1.0 / (1.0 - rate)) as f32;
+        let draw = || if rng.random::<f64>() < rate { 0.0 } else { kept };
+        let values: Vec<f32> = std::iter::repeat_with(draw).take(n).collect();
+        if net.prior_scale != 0.0 {
+            // A prior network is a fixed function, of which nothing is left out.
+            let name = ivx_nn::joined(ivx_nn::PRIOR, &mask.name);
+            net.nets.put((name, mask.shape.clone(), vec![1.0; n]));
+        }
+        net.nets.put((mask.name, mask.shape, values));
+    }
+    Some(Model::Net(net))
 }
 
 fn no_dropout() -> OpError {
@@ -67,6 +79,9 @@ mod tests {
     use crate::registry;
     use ivx_data::Dataset;
     use ivx_math::moments::{mean, std};
+    use ivx_math::standard::Scale;
+    use ivx_nn::Scaled;
+    use std::sync::Arc;
 
     fn trained(rate: f64, steps: u64) -> Model {
         let dense = Part::new("dense").with("units", 64_i64).with("activation", Part::new("relu"));
@@ -109,6 +124,16 @@ mod tests {
         let model = trained(0.0, 3);
         let at = [0.1, 0.2];
         assert_eq!(member(&model, 5).unwrap().predict(&at), model.predict(&at));
+    }
+
+    #[test]
+    fn members_of_a_scaled_network_are_those_of_it() {
+        let (net, x) = (trained(0.1, 50), Scale { means: vec![1.0], stds: vec![2.0] });
+        let y = Scale { means: vec![10.0], stds: vec![5.0] };
+        let function = Arc::new(Scaled { model: net.clone(), x, y });
+        let scaled = Model::Fitted(Fitted { form: net.form().into_owned(), function });
+        let (own, inner) = (member(&scaled, 2).unwrap(), member(&net, 2).unwrap());
+        assert_eq!(own.predict(&[2.0]), [10.0 + 5.0 * inner.predict(&[0.5])[0]]);
     }
 
     #[test]

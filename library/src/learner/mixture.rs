@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ivx_data::form;
 use ivx_nn::{Fitted, Mixture as EvenMixture, Model};
-use ivx_op::{Ctx, Facts, Members, Op, OpError, Shapes, declare};
+use ivx_op::{Array, Ctx, Facts, Members, One, Op, OpError, Shapes, declare};
 
 use super::spread::with_std;
 
@@ -18,8 +18,8 @@ declare! {
     pub struct Mixture = "mixture" @ 1 -> Model {
         /// The members.
         model: Members<Model>;
-        /// The standard deviation of the noise under members that say none.
-        noise: f64 = 0.0, in 0.0..;
+        /// The standard deviation of the noise under members that say none, which may be computed; 0 where left out.
+        noise: Option<One<Array>>;
     }
     shapes of_members;
 }
@@ -34,7 +34,17 @@ impl Op for Mixture {
         for other in &self.model[1..] {
             form::same(&form, &other.form()).map_err(form::failed)?;
         }
-        let function = EvenMixture { members: self.model.to_vec(), noise: self.noise };
+        let noise = match self.noise.as_deref().map_or(&[0.0][..], |noise| &noise.values) {
+            [noise] if *noise >= 0.0 => *noise,
+            [noise] => {
+                return Err(OpError::Failed(format!("`noise` is {noise}, and no deviation")));
+            }
+            several => {
+                let why = format!("`noise` is {} numbers instead of one", several.len());
+                return Err(OpError::Failed(why));
+            }
+        };
+        let function = EvenMixture { members: self.model.to_vec(), noise };
         Ok(Model::Fitted(Fitted { form, function: Arc::new(function) }))
     }
 }
@@ -46,7 +56,7 @@ mod tests {
     use crate::metric::{Accuracy, Nll, Rmse};
     use ivx_data::{Dataset, Form};
     use ivx_nn::{Curve, Head, Module, NetModel};
-    use ivx_op::{Array, Artifact as _, One};
+    use ivx_op::Artifact as _;
     use ivx_world::Grid;
 
     const CTX: Ctx = Ctx::new("mixture", 0, None);
@@ -63,7 +73,9 @@ mod tests {
     }
 
     fn mixed(members: Vec<Model>, noise: f64) -> One<Model> {
-        let mixture = Mixture { model: Members(members), noise }.run(&CTX).unwrap();
+        let mixture = Mixture { model: Members(members), noise: Some(One(Array::scalar(noise))) }
+            .run(&CTX)
+            .unwrap();
         assert_eq!(Model::decode(&mixture.encode()).as_ref(), Some(&mixture));
         One(mixture)
     }

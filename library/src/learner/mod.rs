@@ -15,6 +15,7 @@ mod predictions;
 mod prior;
 mod random_forest;
 mod ridge;
+mod scaled;
 pub(crate) mod spread;
 mod targets;
 mod train;
@@ -42,9 +43,10 @@ pub use mc_dropout::McDropout;
 pub use mixture::Mixture;
 pub use predict::{Predict, PredictStd};
 pub use predictions::{ClassProbabilities, Predictions};
-pub use prior::{Laplace, Normal, Prior};
+pub use prior::{Flat, Laplace, Normal, Prior};
 pub use random_forest::RandomForest;
 pub use ridge::Ridge;
+pub use scaled::Scaled;
 pub use train::Train;
 
 /// Learns a model from data.
@@ -81,8 +83,18 @@ pub trait Learner: Debug + Send + Sync {
         0
     }
 
+    /// How many updates it makes in a pass through so many observations.
+    fn updates_in_a_pass(&self, _n: usize) -> u64 {
+        1
+    }
+
     /// Whether its models are networks.
     fn makes_networks(&self) -> bool {
+        false
+    }
+
+    /// Whether a fixed network can be added to what it learns.
+    fn takes_prior_network(&self) -> bool {
         false
     }
 
@@ -101,6 +113,7 @@ fn learners() -> &'static Parts<dyn Learner> {
             .with(|learner: LinearMap| Box::new(learner))
             .with(|learner: MapEstimate| Box::new(learner))
             .with(|learner: Ensemble| Box::new(learner))
+            .with(|learner: Scaled| Box::new(learner))
             .with(|learner: Ridge| Box::new(learner))
             .with(|learner: Logistic| Box::new(learner))
             .with(|learner: Knn| Box::new(learner))

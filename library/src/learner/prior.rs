@@ -24,6 +24,7 @@ pub(super) fn table() -> &'static Parts<dyn Prior> {
         Parts::<dyn Prior>::new()
             .with(|part: Normal| Box::new(part))
             .with(|part: Laplace| Box::new(part))
+            .with(|part: Flat| Box::new(part))
     });
     &TABLE
 }
@@ -48,6 +49,17 @@ declare! {
         mean: f64 = 0.0;
         /// The mean distance from it.
         scale: f64 = 1.0, in f64::MIN_POSITIVE..;
+    }
+}
+
+declare! {
+    /// Every parameter is as probable as every other: no pull at all, and so the maximum likelihood estimate.
+    pub struct Flat = "flat" @ 1 {}
+}
+
+impl Prior for Flat {
+    fn pull(&self, _: f64, _: f64) -> Pull {
+        Pull { l2: 0.0, l1: 0.0, centre: 0.0 }
     }
 }
 
@@ -99,6 +111,7 @@ mod tests {
             }
         };
         check(&Normal { mean: 1.0, std: 0.5 }, &normal);
+        check(&Flat {}, &|_| 0.0);
         check(&Laplace { mean: 1.0, scale: 0.5 }, &laplace);
     }
 }

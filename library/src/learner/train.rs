@@ -15,8 +15,10 @@ declare! {
         learner: Box<dyn Learner>;
         /// The data.
         on: One<Dataset>;
-        /// How many updates. Learners of networks need it, and closed-form learners make none.
+        /// How many updates. Learners of networks need it or `epochs`, and closed-form learners make none.
         steps: u64 = 0, in 0.0.., unit "updates";
+        /// How many passes through the data, instead of `steps`; what does not fill a batch is left out of each.
+        epochs: u64 = 0, in 0.0.., unit "passes";
     }
     rule learns;
     shapes of_model;
@@ -41,18 +43,28 @@ fn learner_fits(facts: &Facts<'_>) -> Result<(), Wrong> {
 fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
     learner_fits(facts)?;
     let Some(learner) = facts.arg::<Box<dyn Learner>>("learner") else { return Ok(()) };
-    let steps: u64 = facts.arg("steps").unwrap_or_default();
-    let wrong = |message: &str, help: &str| {
-        Err(Wrong { arg: "steps", message: message.to_owned(), help: help.to_owned() })
+    let told = |arg: &str| facts.arg::<u64>(arg).unwrap_or_default();
+    let wrong = |arg: &'static str, message: &str, help: &str| {
+        Err(Wrong { arg, message: message.to_owned(), help: help.to_owned() })
     };
-    if learner.makes_networks() && !facts.is_given("steps") {
-        let help = "write `steps: 1_000`, or `steps: 0` for the network as it is drawn";
-        return wrong("this learner makes its updates one by one, and `train` needs `steps`", help);
+    if facts.is_given("steps") && facts.is_given("epochs") {
+        let message = "`steps` are updates and `epochs` are passes: both say how long";
+        return wrong("epochs", message, "leave out one of them");
     }
-    if !learner.makes_networks() && steps > 0 {
-        let help = "leave `steps` out; of several learners along an axis, choose it by `match`, \
-                    with 0 for this one";
-        return wrong("this learner is in closed form, and makes no steps", help);
+    if learner.makes_networks() && !facts.is_given("steps") && !facts.is_given("epochs") {
+        let help =
+            "write `steps: 1_000` or `epochs: 40`, or `steps: 0` for the network as it is drawn";
+        let message = "this learner makes its updates one by one, and `train` needs `steps`";
+        return wrong("steps", message, help);
+    }
+    for arg in ["steps", "epochs"] {
+        if !learner.makes_networks() && told(arg) > 0 {
+            let help = format!(
+                "leave `{arg}` out; of several learners along an axis, choose it by `match`, with 0 for \
+                 this one"
+            );
+            return wrong(arg, "this learner is in closed form, and makes no steps", &help);
+        }
     }
     Ok(())
 }
@@ -60,7 +72,11 @@ fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
 impl Op for Train {
     fn run(&self, ctx: &Ctx) -> Result<Model, OpError> {
         self.learner.fits(&self.on.form).map_err(form::failed)?;
-        self.learner.train(&self.on, self.steps, ctx)
+        let steps = match self.epochs {
+            0 => self.steps,
+            epochs => epochs.saturating_mul(self.learner.updates_in_a_pass(self.on.len())),
+        };
+        self.learner.train(&self.on, steps, ctx)
     }
 
     fn needs(args: &Args, shapes: Option<&Shapes>, input_bytes: u64) -> Needs {
@@ -78,6 +94,7 @@ mod tests {
     use ivx_op::Part;
 
     use super::*;
+    use crate::learner::learners;
 
     /// What a training on 100 pairs takes, in bytes.
     fn memory(learner: &Part) -> u64 {
@@ -100,6 +117,25 @@ mod tests {
         let ensemble = Part::new("ensemble").with("learner", learner);
         assert_eq!(memory(&ensemble.clone().with("bootstrap", false)), of_net * 5 / 4 + 1600);
         assert_eq!(memory(&ensemble.with("prior_network", false)), of_net + 2 * 1600);
+    }
+
+    /// 7 observations in batches of 3 are 2 updates a pass, and one that looks at all of them is one.
+    #[test]
+    fn epochs_are_passes() {
+        let x: Vec<f64> = (0..7).map(f64::from).collect();
+        let on = || One(Dataset::pairs(x.clone(), x.clone()));
+        let net = Part::new("mlp").with("hidden", vec![2_i64]);
+        let trained = |part: &Part, steps, epochs| {
+            let learner = learners().build(&crate::registry().complete(part)).unwrap();
+            Train { learner, on: on(), steps, epochs }.run(&Ctx::new("train", 0, None)).unwrap()
+        };
+        let whole = Part::new("map_estimate").with("net", net);
+        let some = whole.clone().with("batch", 3_i64);
+        let many = Part::new("ensemble").with("learner", some.clone());
+        for (part, updates) in [(whole, 1), (some, 2), (many, 2)] {
+            assert_eq!(trained(&part, 0, 5), trained(&part, 5 * updates, 0));
+            assert_ne!(trained(&part, 0, 5), trained(&part, 5 * updates - 1, 0));
+        }
     }
 
     #[test]

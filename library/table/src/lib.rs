@@ -2,6 +2,7 @@
 
 mod array;
 mod classes;
+mod columns;
 mod dataset;
 mod folds;
 mod format;
@@ -24,6 +25,7 @@ use ivx_op::Registry;
 
 pub use array::{ARRAYS, array};
 pub use classes::Classes;
+pub use columns::{Inputs, Targets};
 pub use dataset::{Choice, dataset};
 pub use folds::Folds;
 pub use format::{Format, TABLES, separator};
@@ -48,5 +50,7 @@ pub fn register(registry: Registry) -> Registry {
         .op::<Take>()
         .op::<Shuffled>()
         .op::<Standardised>()
+        .op::<Targets>()
+        .op::<Inputs>()
         .op::<OneHot>()
 }

@@ -4,7 +4,7 @@ use ivx_data::{Dataset, Form};
 use ivx_library::learner::{BoostedTrees, Knn, Learner, Logistic, Mixture, RandomForest, Ridge};
 use ivx_library::metric::{Accuracy, Nll, Rmse};
 use ivx_nn::Model;
-use ivx_op::{Ctx, Members, One, Op};
+use ivx_op::{Array, Ctx, Members, One, Op};
 use serde_json::{Value, json};
 
 use crate::harness::{Case, check, number, numbers, rows};
@@ -81,7 +81,9 @@ fn data(case: &Case, x: &str, y: &str) -> Dataset {
 fn mixed(case: &Case, key: &str) -> Option<Value> {
     let members = rows(&case.inputs["thetas"]).into_iter().map(Model::Polynomial).collect();
     let noise = number(&case.inputs["noise"]);
-    let mixture = Mixture { model: Members(members), noise }.run(&CTX).expect("it mixes");
+    let mixture = Mixture { model: Members(members), noise: Some(One(Array::scalar(noise))) }
+        .run(&CTX)
+        .expect("it mixes");
     let on = Dataset::pairs(numbers(&case.inputs["x"]), numbers(&case.inputs["y"]));
     let measured = match key {
         "mean" => return Some(json!(mixture.predict(&on.x))),

@@ -31,7 +31,14 @@ fn trained(net: &Part, data: &Dataset, lr: f64, steps: u64) -> Model {
     let net: Box<dyn Net> = built(net);
     let mut rng = Ctx::new("train", 5, None).rng("init", &[]);
     let net = init(&*net, &*loss, &data.form, &mut rng).expect("it takes such data");
-    let how = Training { loss: &*loss, optimiser: &*optimiser, pull: Pull::NONE, batch: 64, steps };
+    let how = Training {
+        loss: &*loss,
+        optimiser: &*optimiser,
+        pull: Pull::NONE,
+        batch: 64,
+        adversarial: 0.0,
+        steps,
+    };
     Model::Net(fit(net, data, &how, &Ctx::new("train", 0, None)).expect("nobody stops it"))
 }
 

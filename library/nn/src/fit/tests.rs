@@ -18,7 +18,11 @@ use crate::registry;
 use crate::{Curve, Module};
 
 fn loss(name: &str) -> Box<dyn Loss> {
-    losses().build(&registry().complete(&Part::new(name))).unwrap()
+    let part = match name {
+        "softplus" => Part::new("gaussian_nll").with("softplus", true),
+        name => Part::new(name),
+    };
+    losses().build(&registry().complete(&part)).unwrap()
 }
 
 fn adam(lr: f64) -> Box<dyn Optimiser> {
@@ -68,7 +72,8 @@ fn gradients(net: &NetModel, loss: &dyn Loss, data: &Dataset) -> (f32, Vec<(Stri
     let batches = Batches::new(net, data, 0);
     let mut dropout = Ctx::new("train", 0, None).rng("dropout", &[]);
     graph.begin();
-    let value = objective(&live, (&net.form, loss), &batches, &mut dropout);
+    let x = graph.input(batch(data.len(), &net.form.input), &batches.x.shown);
+    let value = objective(&live, (&net.form, loss), (x, &batches), &mut dropout);
     graph.backward(value);
     let value = graph.scalar(value);
     let held = graph.params();
@@ -121,6 +126,7 @@ fn gradients_agree_with_central_differences() {
         ("absolute", &pairs),
         ("huber", &pairs),
         ("gaussian_nll", &pairs),
+        ("softplus", &pairs),
         ("cross_entropy", &classes),
         ("binary_cross_entropy", &two),
     ] {
@@ -250,8 +256,14 @@ fn a_training_that_was_broken_off_ends_in_the_same_bytes() {
     let optimiser = adam(0.1);
     let ctx = Ctx::new("train", 0, None);
     for (net, data, loss, batch) in trainings() {
-        let how =
-            Training { loss: &*loss, optimiser: &*optimiser, pull: Pull::NONE, batch, steps: 20 };
+        let how = Training {
+            loss: &*loss,
+            optimiser: &*optimiser,
+            pull: Pull::NONE,
+            batch,
+            adversarial: 0.0,
+            steps: 20,
+        };
         let fit = |ctx: &Ctx| fit(net.clone(), &data, &how, ctx);
         let whole = fit(&ctx);
         assert_eq!(fit(&ctx), whole, "twice");
@@ -300,4 +312,63 @@ fn dfdx_multiplies_matrices() {
     };
     let product = matrix([1.0, 2.0, 3.0, 4.0]).matmul(matrix([5.0, 6.0, 7.0, 8.0]));
     assert_eq!(product.as_vec(), [19.0, 22.0, 43.0, 50.0]);
+}
+
+/// A line of two inputs, after a step of gradient descent at the rate 0.1 on two observations, with inputs moved by so
+/// large a share of their range.
+fn line_after_a_step(adversarial: f64) -> Vec<f32> {
+    let module = Module::Dense { inputs: 2, outputs: 1, curve: Curve::Identity };
+    let arrays =
+        vec![("bias".into(), vec![1], vec![0.5]), ("weight".into(), vec![2, 1], vec![2.0, -1.0])];
+    let form = Form { input: vec![2], ..Form::default() };
+    let net = NetModel::new(module, form.clone(), Head::Mean, 0.0, arrays);
+    let data = Dataset { form, x: vec![1.0, 0.0, 3.0, 5.0], y: vec![1.5, 5.5] };
+    let rate = Part::new("constant").with("value", 0.1);
+    let optimiser = registry().complete(&Part::new("sgd").with("lr", rate));
+    let (optimiser, loss) = (optimisers().build(&optimiser).unwrap(), loss("squared"));
+    let (loss, optimiser) = (&*loss, &*optimiser);
+    let how = Training { loss, optimiser, pull: Pull::NONE, batch: 0, adversarial, steps: 1 };
+    let mut net = fit(net, &data, &how, &Ctx::new("train", 0, None)).unwrap();
+    let weight = values_mut(&mut net, "weight").clone();
+    [values_mut(&mut net, "bias").clone(), weight].concat()
+}
+
+/// Errors are 2.5 − 1.5 = 1 and 1.5 − 5.5 = −4, ranges 2 and 5. At a quarter of them inputs move by 0.5 and 1.25 along
+/// the sign of error times weight: (1.5, −1.25) with the error 4.75 − 1.5 = 3.25, and (2.5, 6.25) with −0.75 − 5.5 =
+/// −6.25. The gradient by the bias is their mean, those by weights are the means of their products with inputs.
+#[test]
+fn adversarial_training_by_hand() {
+    let close = |found: &[f32], gradients: [f32; 3]| {
+        let from = [0.5, 2.0, -1.0];
+        for ((found, gradient), from) in found.iter().zip(gradients).zip(from) {
+            assert!((found - (from - 0.1 * gradient)).abs() < 1e-5, "{found} {gradient}");
+        }
+    };
+    let plain = [-1.5, -5.5, -10.0];
+    close(&line_after_a_step(0.0), plain);
+    let moved = [-1.5, (3.25 * 1.5 - 6.25 * 2.5) / 2.0, (3.25 * -1.25 - 6.25 * 6.25) / 2.0];
+    let both = [0, 1, 2].map(|i| plain[i] + moved[i]);
+    close(&line_after_a_step(0.25), both);
+    // Inputs that move with the network and not against it have errors that are smaller.
+    let with = [-1.5, (-1.25 * 0.5 - 1.75 * 3.5) / 2.0, (-1.25 * 1.25 - 1.75 * 3.75) / 2.0];
+    let wrong = [0, 1, 2].map(|i| plain[i] + with[i]);
+    assert!(std::panic::catch_unwind(|| close(&line_after_a_step(0.25), wrong)).is_err());
+}
+
+/// `σ² = ln(1 + e^z) + 1e-6`: at z = 0 it is ln 2, and far below it stays above 1e-6.
+#[test]
+fn variances_by_softplus() {
+    let module = Module::Dense { inputs: 1, outputs: 2, curve: Curve::Identity };
+    let arrays = vec![
+        ("bias".into(), vec![2], vec![3.0, 0.0]),
+        ("weight".into(), vec![1, 2], vec![0.0, 100.0]),
+    ];
+    let head = loss("softplus").head();
+    let net = NetModel::new(module, Form::default(), head, 0.0, arrays);
+    let stds = crate::stds(&net, &[0.0, -1.0, 1.0]).unwrap();
+    let expected = [2.0_f64.ln().sqrt(), 1e-3, 10.0];
+    for (found, expected) in stds.iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    }
+    assert_eq!(predict(&net, &[0.0]), [3.0]);
 }

@@ -5,6 +5,7 @@ mod forest;
 mod linear;
 mod mixture;
 mod neighbours;
+mod scaled;
 mod trees;
 
 use std::fmt::Debug;
@@ -13,9 +14,12 @@ use std::sync::Arc;
 use ivx_data::Form;
 use ivx_op::Tensors;
 
+use crate::Model;
+
 pub use forest::Forest;
 pub use mixture::Mixture;
 pub use neighbours::Neighbours;
+pub use scaled::Scaled;
 
 /// A learned function of observations of a form.
 pub trait Function: Debug + Send + Sync {
@@ -30,6 +34,14 @@ pub trait Function: Debug + Send + Sync {
 
     /// The standard deviation of every target, if it says one.
     fn stds(&self, _form: &Form, _xs: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// The same around another model, where it is a way to look at one; none if it is not, or `change` makes none.
+    fn around(
+        &self,
+        _change: &mut dyn FnMut(&Model) -> Option<Model>,
+    ) -> Option<Arc<dyn Function>> {
         None
     }
 }
@@ -62,6 +74,7 @@ const KINDS: &[(&str, Read)] = &[
     (forest::KIND, forest::read),
     (boosted::KIND, boosted::read),
     (mixture::KIND, mixture::read),
+    (scaled::KIND, scaled::read),
 ];
 
 /// The function of a kind and its numbers; none if they are of no such.
@@ -85,15 +98,20 @@ fn log_shares(shares: &[f64]) -> Vec<f64> {
 mod tests {
     use ivx_math::affine::Affine;
     use ivx_math::boost::Boosted;
+    use ivx_math::standard::Scale;
     use ivx_math::tree::{Split, Tree};
     use ivx_op::{Artifact as _, Data};
 
     use super::*;
-    use crate::Model;
 
     fn tree(values: &[f64]) -> Tree {
         let split = Split { input: 1, at: 0.5, below: 1, above: 2 };
         Tree { splits: vec![Some(split), None, None], values: values.to_vec() }
+    }
+
+    fn on_scale(model: &Model) -> Scaled {
+        let (x, y) = (Scale::of(&[1.0, 5.0, 3.0, 9.0], 2), Scale::of(&[10.0, 14.0], 1));
+        Scaled { model: model.clone(), x, y }
     }
 
     fn all() -> Vec<(Form, Arc<dyn Function>)> {
@@ -112,7 +130,8 @@ mod tests {
             (form(Some(3)), Arc::new(near)),
             (form(Some(2)), Arc::new(forest)),
             (form(None), Arc::new(boosted)),
-            (form(None), Arc::new(Mixture { members, noise: 0.25 })),
+            (form(None), Arc::new(Mixture { members: members.clone(), noise: 0.25 })),
+            (form(None), Arc::new(on_scale(&members[0]))),
         ]
     }
 
