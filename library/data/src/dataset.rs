@@ -24,6 +24,27 @@ pub struct Form {
     pub target: Vec<usize>,
     /// How many classes there are, where targets are indices of classes.
     pub classes: Option<usize>,
+    /// What they are called.
+    #[serde(default, skip_serializing_if = "Names::are_none")]
+    pub names: Names,
+}
+
+/// What numbers and classes of observations are called, so that those of one file are not taken for those of another;
+/// nothing where they have no names.
+#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Names {
+    /// The numbers of an input, in order.
+    pub inputs: Vec<String>,
+    /// The classes, in order.
+    pub classes: Vec<String>,
+}
+
+impl Names {
+    /// Whether nothing has a name.
+    #[must_use]
+    pub fn are_none(&self) -> bool {
+        self.inputs.is_empty() && self.classes.is_empty()
+    }
 }
 
 impl Form {
@@ -46,13 +67,14 @@ impl Form {
             Some([n]) => Some(*n),
             Some(_) => return None,
         };
-        Some(Self { input: shapes.get("x")?.clone(), target: shapes.get("y")?.clone(), classes })
+        let (input, target) = (shapes.get("x")?.clone(), shapes.get("y")?.clone());
+        Some(Self { input, target, classes, ..Self::default() })
     }
 
     /// Whether observations are pairs of numbers.
     #[must_use]
     pub fn is_pairs(&self) -> bool {
-        *self == Self::default()
+        self.input.is_empty() && self.target.is_empty() && self.classes.is_none()
     }
 
     /// How many numbers an input has.
@@ -121,7 +143,8 @@ impl Artifact for Dataset {
         let (mut tensors, classes) = Tensors::decode(Self::KIND, bytes)?;
         let ((of_x, x), (of_y, y)) = (tensors.f64("x")?, tensors.f64("y")?);
         let ((n, input), (m, target)) = (of_x.split_first()?, of_y.split_first()?);
-        let form = Form { input: input.to_vec(), target: target.to_vec(), classes };
+        let form =
+            Form { input: input.to_vec(), target: target.to_vec(), classes, ..Form::default() };
         (n == m).then_some(Self { form, x, y })
     }
 }
@@ -133,7 +156,8 @@ mod tests {
     #[test]
     fn survives_the_round_trip() {
         let pairs = Dataset::pairs(vec![0.5, -1.0], vec![2.0, 3.0]);
-        let form = Form { input: vec![1, 1, 2], target: vec![], classes: Some(4) };
+        let form =
+            Form { input: vec![1, 1, 2], target: vec![], classes: Some(4), ..Form::default() };
         let images =
             Dataset { form, x: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], y: vec![3.0, 0.0, 1.0] };
         for data in [&pairs, &images, &Dataset::default()] {

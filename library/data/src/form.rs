@@ -35,11 +35,27 @@ pub fn told(form: &Form) -> String {
 /// # Errors
 /// If not; the misfit says why.
 pub fn same(model: &Form, data: &Form) -> Result<(), Misfit> {
-    if model == data {
-        return Ok(());
+    let shapes = |form: &Form| (form.input.clone(), form.target.clone(), form.classes);
+    if shapes(model) != shapes(data) {
+        let message = format!("the model is of {}, and the data are {}", told(model), told(data));
+        return Err(Misfit::new(message, "measure it on data as it was trained on"));
     }
-    let message = format!("the model is of {}, and the data are {}", told(model), told(data));
-    Err(Misfit::new(message, "measure it on data as it was trained on"))
+    named_alike("inputs", &model.names.inputs, &data.names.inputs)?;
+    named_alike("classes", &model.names.classes, &data.names.classes)
+}
+
+/// Whether names are the same in the same order, where both sides have some.
+fn named_alike(what: &str, model: &[String], data: &[String]) -> Result<(), Misfit> {
+    let Some((i, (own, other))) =
+        model.iter().zip(data).enumerate().find(|(_, (own, other))| own != other)
+    else {
+        return Ok(());
+    };
+    let at = i + 1;
+    let message =
+        format!("number {at} of the {what} is `{own}` to the model and `{other}` in the data");
+    let help = "name them in one order for both files (`inputs`, `classes`), or read both from one";
+    Err(Misfit::new(message, help))
 }
 
 /// A misfit as the failure of an operation.

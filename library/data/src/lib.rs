@@ -15,7 +15,7 @@ mod walks;
 
 pub use actions::{Act, Actions, End};
 pub use columns::{Columns, Field, Kind, Values, packed};
-pub use dataset::{Dataset, Form};
+pub use dataset::{Dataset, Form, Names};
 pub use decision::Decision;
 pub use demonstrations::Demonstrations;
 pub use misfit::{Misfit, sizes_told};

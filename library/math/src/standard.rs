@@ -59,8 +59,11 @@ fn column<'a>(xs: &(impl Iterator<Item = &'a f64> + Clone)) -> (f64, f64) {
     }
     // From the first number on, so that large ones that lie close do not lose their digits.
     let mean = first + xs.clone().map(|x| x - first).sum::<f64>() / n;
-    let squares: f64 = xs.clone().map(|x| (x - mean) * (x - mean)).sum();
-    let std = (squares / n).sqrt();
+    let squares = |unit: f64| xs.clone().map(|x| ((x - mean) / unit).powi(2)).sum::<f64>();
+    // Squares of very large and very small numbers are no numbers, unless they are taken in a unit of theirs.
+    let unit = xs.clone().map(|x| (x - mean).abs()).fold(0.0, f64::max);
+    let unit = if (1e-140..1e140).contains(&unit) || unit == 0.0 { 1.0 } else { unit };
+    let std = unit * (squares(unit) / n).sqrt();
     (mean, if std > 0.0 { std } else { 1.0 })
 }
 
@@ -83,5 +86,10 @@ mod tests {
         let rows = [1e9, 1e9 + 1.0, 1e9 + 2.0];
         let scaled = Scale::of(&rows, 1).scaled(&rows);
         assert!((scaled[0] + 1.5_f64.sqrt()).abs() < 1e-12 && scaled[1] == 0.0, "{scaled:?}");
+        for unit in [1e-200, 1e200, 1e-310] {
+            let rows = [unit, 3.0 * unit];
+            let scaled = Scale::of(&rows, 1).scaled(&rows);
+            assert!((scaled[0] + 1.0).abs() < 1e-9 && (scaled[1] - 1.0).abs() < 1e-9, "{scaled:?}");
+        }
     }
 }

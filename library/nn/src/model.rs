@@ -215,7 +215,7 @@ mod tests {
     fn models_survive_the_round_trip() {
         let dense = Module::Dense { inputs: 1, outputs: 2, curve: Curve::Tanh };
         let module = Module::Sequence(vec![Module::Flatten, Module::Residual(vec![dense])]);
-        let form = Form { input: vec![2], target: vec![], classes: Some(3) };
+        let form = Form { input: vec![2], target: vec![], classes: Some(3), ..Form::default() };
         let arrays = vec![("1.0.weight".into(), vec![1, 2], vec![0.25, -1.0])];
         let net = NetModel::new(module, form, Head::Logits, 0.5, arrays);
         for model in [Model::Polynomial(vec![1.0, -2.0]), Model::Net(net)] {

@@ -102,10 +102,13 @@ pub(super) fn singles(values: &[f64]) -> Vec<f32> {
 /// # Errors
 /// What is wrong with it.
 pub fn check(net: &NetModel) -> Result<(), String> {
-    let Form { input, target, classes } = &net.form;
+    let Form { input, target, classes, .. } = &net.form;
     let of_form = input.iter().chain(target).chain(classes).copied().max().unwrap_or(0);
     if net.module().largest().max(of_form) > LARGEST {
         return Err(format!("it has layers or shapes that are too large: above {LARGEST}"));
+    }
+    if classes.is_some_and(|n| n < 2) {
+        return Err("it tells fewer than two classes apart".to_owned());
     }
     let outputs = net.module().output(input).map_err(|misfit| misfit.message)?;
     let wanted = match (net.head, net.form.classes) {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Artifact, Data, Gathered, Shapes, Tensors, label};
+use crate::{Artifact, Data, Gathered, OpError, Shapes, Tensors, label};
 
 /// What stands in the place of a number that could not be computed: not a number, and told from what was computed and is
 /// none either.
@@ -31,6 +31,9 @@ pub struct Dim {
     /// Its coordinates.
     pub labels: Labels,
 }
+
+/// Most bytes of labels that an array has.
+const MOST_OF_LABELS: usize = 95_000_000;
 
 /// The coordinates of a dimension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,6 +77,16 @@ impl Labels {
         match self {
             Self::Numbers(xs) => label(xs[i]),
             Self::Names(names) => names[i].clone(),
+        }
+    }
+
+    /// How many bytes they take in a file, at most.
+    fn written(&self) -> usize {
+        match self {
+            Self::Numbers(xs) => {
+                xs.iter().map(|x| if x.abs() < 1e7 && x.fract() == 0.0 { 11 } else { 26 }).sum()
+            }
+            Self::Names(names) => names.iter().map(|name| 6 * name.len() + 3).sum(),
         }
     }
 
@@ -217,6 +230,18 @@ impl Artifact for Array {
         Tensors { arrays: [("values".to_owned(), values)].into() }.encode(Self::KIND, &self.dims)
     }
 
+    /// Labels lie in the head of a file, which has an end.
+    fn is_kept(&self) -> Result<(), OpError> {
+        if self.dims.iter().map(|dim| dim.labels.written()).sum::<usize>() < MOST_OF_LABELS {
+            return Ok(());
+        }
+        let told = self.dims.iter().map(|dim| format!("{} along `{}`", dim.len(), dim.name));
+        let told: Vec<String> = told.collect();
+        let why =
+            format!("an array with {} has more labels than are kept", told.join(" and "));
+        Err(OpError::Failed(why))
+    }
+
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (mut tensors, dims) = Tensors::decode::<Vec<Dim>>(Self::KIND, bytes)?;
         let (shape, values) = tensors.f64("values")?;
@@ -231,6 +256,14 @@ impl Artifact for Array {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_has_no_room_for_its_labels_is_not_kept() {
+        let of = |n: usize| Array { dims: vec![Dim::new("row", Labels::count(n))], values: vec![] };
+        assert_eq!(of(1_000_000).is_kept(), Ok(()));
+        let why = of(9_000_000).is_kept().unwrap_err().to_string();
+        assert_eq!(why, "an array with 9000000 along `row` has more labels than are kept");
+    }
 
     #[test]
     fn stacking_puts_the_axis_outside() {

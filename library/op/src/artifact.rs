@@ -10,7 +10,7 @@ use safetensors::{Dtype, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::{FieldDecl, Shapes, exact, too_large};
+use crate::{FieldDecl, OpError, Shapes, exact, too_large};
 
 /// A value that can travel along an edge of the graph and lie in the cache.
 ///
@@ -23,6 +23,13 @@ pub trait Artifact: Sized + Send + 'static {
     const FIELDS: &'static [FieldDecl] = &[];
     /// The value as bytes. Equal values give equal bytes.
     fn encode(&self) -> Vec<u8>;
+    /// Whether it can be kept.
+    ///
+    /// # Errors
+    /// Why not.
+    fn is_kept(&self) -> Result<(), OpError> {
+        Ok(())
+    }
     /// The value back; `None` if the bytes are not of this kind.
     fn decode(bytes: &[u8]) -> Option<Self>;
 

@@ -105,7 +105,11 @@ impl Registry {
     #[must_use]
     pub fn op<T: Op>(mut self) -> Self {
         let out = OutDecl { artifact: T::Out::KIND, dims: T::DIMS, fields: T::Out::FIELDS };
-        let run: Run = |call, ctx| Ok(T::build(call)?.run(ctx)?.encode().into());
+        let run: Run = |call, ctx| {
+            let made = T::build(call)?.run(ctx)?;
+            made.is_kept()?;
+            Ok(made.encode().into())
+        };
         let taken = self.ops.insert(T::NAME, (decl::<T>(Role::Op(out)), run, T::needs));
         assert!(taken.is_none(), "`{}` is declared twice", T::NAME);
         self

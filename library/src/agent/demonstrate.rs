@@ -90,7 +90,7 @@ fn are_discrete(facts: &Facts<'_>) -> Result<(), Wrong> {
 fn of_actions(facts: &Facts<'_>) -> Option<Shapes> {
     let (sees, does) = shown_by(facts.shapes("of")?)?;
     let (input, n) = (sight(&sees), does.n_discrete().ok()?);
-    Some(Form { input, target: Vec::new(), classes: Some(n) }.shapes())
+    Some(Form { input, target: Vec::new(), classes: Some(n), ..Form::default() }.shapes())
 }
 
 impl Op for LabelledActions {
@@ -103,7 +103,7 @@ impl Op for LabelledActions {
         paths.seen.spread_rows(&rows, &mut seen);
         let input = sight(paths.seen.fields());
         Ok(Dataset {
-            form: Form { input, target: Vec::new(), classes: Some(n) },
+            form: Form { input, target: Vec::new(), classes: Some(n), ..Form::default() },
             x: seen.into_iter().map(f64::from).collect(),
             y: acts.iter().map(|act| f64::from(*act)).collect(),
         })

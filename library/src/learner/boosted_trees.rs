@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn classes_of_rings_are_told_apart() {
-        let form = Form { input: vec![2], target: vec![], classes: Some(3) };
+        let form = Form { input: vec![2], target: vec![], classes: Some(3), ..Form::default() };
         let ring = |i: u32| {
             let (turn, radius) =
                 (f64::from(i) * 0.7, 0.3 + f64::from(i % 3) + 0.2 * (f64::from(i) * 1.3).sin());

@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn classes_have_shares() {
-        let form = Form { input: vec![2], target: vec![], classes: Some(3) };
+        let form = Form { input: vec![2], target: vec![], classes: Some(3), ..Form::default() };
         let x = vec![0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 5.0, 5.0];
         let data = Dataset { form, x, y: vec![2.0, 2.0, 0.0, 1.0] };
         let model = Knn { k: 3 }.train(&data, 0, &CTX).unwrap();

@@ -62,7 +62,12 @@ mod tests {
         for (n_classes, bound) in [(2, 1.0), (3, 0.99)] {
             let y = (0..80_u32)
                 .map(|i| f64::from(if i % 4 > 1 { 1 } else { (i % 2) * (n_classes - 1) }));
-            let form = Form { input: vec![2], target: vec![], classes: Some(n_classes as usize) };
+            let form = Form {
+                input: vec![2],
+                target: vec![],
+                classes: Some(n_classes as usize),
+                ..Form::default()
+            };
             let y = if n_classes == 2 {
                 (0..80_u32).map(|i| f64::from(u8::from(i % 4 > 1))).collect()
             } else {

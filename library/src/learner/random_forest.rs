@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn classes_on_a_board_are_told_apart() {
         // A board of 4 × 4 fields by turns, which no linear model tells apart.
-        let form = Form { input: vec![2], target: vec![], classes: Some(2) };
+        let form = Form { input: vec![2], target: vec![], classes: Some(2), ..Form::default() };
         let board = |n: usize, from: usize| {
             let lattice = friedman(n, from);
             let rows: Vec<&[f64]> = lattice.x.chunks_exact(5).collect();

@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn classes_have_no_scale() {
-        let form = Form { input: vec![1], target: vec![], classes: Some(2) };
+        let form = Form { input: vec![1], target: vec![], classes: Some(2), ..Form::default() };
         let data =
             Dataset { form, x: vec![100.0, 101.0, 109.0, 110.0], y: vec![0.0, 0.0, 1.0, 1.0] };
         let model = built(&scaled(Part::new("logistic"))).train(&data, 0, &CTX).unwrap();

@@ -146,7 +146,8 @@ mod tests {
             .with("loss", Part::new("cross_entropy"))
             .with("batch", 8_i64);
         let args = Args::from([("learner".into(), registry.complete(&learner).into())]);
-        let form = Form { input: vec![3, 6, 6], target: vec![], classes: Some(4) };
+        let form =
+            Form { input: vec![3, 6, 6], target: vec![], classes: Some(4), ..Form::default() };
         // 2·3·9 + 2 of the convolution, 5·32 + 5 and 4·5 + 4; 32 numbers twice, for they are flattened,
         // 5 and 4 of each of 8 images; 109 numbers in each of 100.
         let expected = (56 + 165 + 24) * 24 + (32 + 32 + 5 + 4) * 8 * 12 + 109 * 100 * (8 + 8);

@@ -17,6 +17,7 @@ pub(crate) fn is_read(name: &str) -> bool {
 
 /// The numbers of a file over dimensions.
 ///
+/// - `text`: what stands between cells of text, and whether the first line of it has names.
 /// - `field`: which of them: a place in JSON, a column of a table or an array of an archive; empty for all, or the
 ///   only one.
 /// - `dims`: the names of the dimensions, outermost first.
@@ -27,7 +28,7 @@ pub(crate) fn is_read(name: &str) -> bool {
 pub fn array(
     name: &str,
     bytes: &[u8],
-    separator: u8,
+    (separator, header): (u8, bool),
     field: &str,
     dims: &[String],
     labels: &Args,
@@ -35,7 +36,7 @@ pub fn array(
     let (own, values) = match (extension(name), Format::of(name)) {
         ("json", _) => json::array(bytes, field, dims.len())?,
         (_, Some(Format::Text | Format::Parquet)) => {
-            let style = Style { separator, header: true, cells: Cells::Any };
+            let style = Style { separator, header, cells: Cells::Any };
             columns(name, bytes, style, field, dims)?
         }
         (_, Some(_)) => archived(arrays(name, bytes)?, field, dims)?,
@@ -98,6 +99,12 @@ fn read_as(texts: Vec<String>) -> Labels {
     }
 }
 
+/// Whether what should be names of columns are numbers, and not their places from 0.
+fn are_values(names: &[String]) -> bool {
+    let places = names.iter().enumerate().all(|(i, name)| *name == i.to_string());
+    !places && names.iter().all(|name| name.parse::<f64>().is_ok())
+}
+
 type Read = (Vec<Labels>, Vec<f64>);
 
 /// Columns: one of them, or all as a second dimension.
@@ -115,6 +122,12 @@ fn columns(
         let is_label = |(i, name): (usize, &String)| name == rows || i == 0 && name.is_empty();
         let found = names.iter().enumerate().position(is_label);
         labelled = found.map(|i| names[i].clone()).filter(|own| own != field || field.is_empty());
+        if style.header && labelled.is_none() && are_values(names) {
+            return Err(format!(
+                "the first line, which names columns, holds numbers: say `header: false` if they are values, and if they \
+                 are labels call the first column `{rows}`"
+            ));
+        }
         let own = |name: &String| labelled.as_ref() != Some(name);
         let values: Vec<&String> = names.iter().filter(|name| own(name)).collect();
         match (dims.len(), field, values.len()) {
@@ -210,7 +223,7 @@ mod tests {
 
     fn read(name: &str, text: &[u8], field: &str, dims: &[&str]) -> Result<Array, String> {
         let dims: Vec<String> = dims.iter().map(ToString::to_string).collect();
-        array(name, text, b',', field, &dims, &Args::new())
+        array(name, text, (b',', true), field, &dims, &Args::new())
     }
 
     fn names(names: &[&str]) -> Labels {
@@ -253,7 +266,8 @@ mod tests {
         check(read("q.npz", &file, "state", &["i"]), &[Labels::count(2)], &[10.0, 20.0]);
         let said = [("action".to_owned(), Lit::from(vec!["l".into(), "r".into(), Lit::from("u")]))];
         let dims = ["state", "action"].map(str::to_owned);
-        let found = array("q.npz", &file, b',', "q", &dims, &said.into_iter().collect()).unwrap();
+        let found =
+            array("q.npz", &file, (b',', true), "q", &dims, &said.into_iter().collect()).unwrap();
         assert_eq!(found.dims[1].labels, names(&["l", "r", "u"]));
         let npy = crate::npy::write("|u1", &[2], [3, 4].into_iter());
         check(read("a.npy", &npy, "", &["i"]), &[Labels::count(2)], &[3.0, 4.0]);
@@ -280,6 +294,23 @@ mod tests {
         check(read("q.npz", &file, "", &["z"]), "`field` says which of its arrays: `i`, `q`");
         let labels = [("i".to_owned(), Lit::from(vec![1.0, 2.0]))].into_iter().collect();
         let dims = ["i".to_owned()];
-        check(array("a.json", b"[1]", b',', "", &dims, &labels), "`i` has 1 places");
+        check(array("a.json", b"[1]", (b',', true), "", &dims, &labels), "`i` has 1 places");
+    }
+
+    /// What `np.savetxt(.., delimiter=",")` writes has no names.
+    #[test]
+    fn numbers_are_no_names() {
+        let why = read("a.csv", b"0.5\n0.4\n0.3\n", "", &["i"]).unwrap_err();
+        assert!(why.contains("say `header: false`"), "{why}");
+        assert!(read("a.csv", b"5,1\n0,7\n", "", &["actual", "predicted"]).is_err());
+        let dims = ["i".to_owned(), "j".to_owned()];
+        let all = array("a.csv", b"5,1\n0,7\n", (b',', false), "", &dims, &Args::new()).unwrap();
+        assert_eq!(
+            (all.values, all.dims[1].labels.text(1)),
+            (vec![5.0, 1.0, 0.0, 7.0], "1".into())
+        );
+        // Places are names, and a column of labels says that the others are too.
+        assert_eq!(read("a.csv", b"0,1\n5,7\n", "", &["i", "j"]).unwrap().values, [5.0, 7.0]);
+        assert_eq!(read("a.csv", b"i,0.5\n3,7\n", "", &["i", "j"]).unwrap().values, [7.0]);
     }
 }

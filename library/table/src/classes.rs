@@ -22,8 +22,17 @@ pub enum Classes {
 /// Most classes that there may be.
 const MOST: usize = 1_000_000;
 
-/// The shape of one target, all targets, and how many classes there are.
-type Targets = (Vec<usize>, Vec<f64>, Option<usize>);
+/// What the targets of a table are.
+pub(crate) struct Targets {
+    /// The shape of one.
+    pub(crate) shape: Vec<usize>,
+    /// All of them.
+    pub(crate) y: Vec<f64>,
+    /// How many classes there are.
+    pub(crate) classes: Option<usize>,
+    /// What they are called; nothing where they are indices.
+    pub(crate) labels: Vec<String>,
+}
 
 /// The targets of a table.
 ///
@@ -39,16 +48,17 @@ pub(crate) fn classed(
     let columns: Vec<&Column> = places.iter().map(|i| &table.columns[*i]).collect();
     match (classes, &columns[..]) {
         (Classes::Sorted | Classes::Listed(_), [one]) => {
-            let (y, n) = labelled(one, classes)?;
-            Ok((Vec::new(), y, Some(n)))
+            let (y, labels) = labelled(one, classes)?;
+            let classes = Some(several(labels.len())?);
+            Ok(Targets { shape: Vec::new(), y, classes, labels })
         }
         (Classes::Sorted | Classes::Listed(_), _) => {
             Err("labels of classes are one target, and here are several".to_owned())
         }
         _ => {
-            let (target, y) = numbers(&columns)?;
+            let (shape, y) = numbers(&columns)?;
             let n = match classes {
-                Classes::Indices(n) => Some(*n),
+                Classes::Indices(n) => Some(several(*n)?),
                 _ => None,
             };
             if let Some(n) = n {
@@ -58,9 +68,17 @@ pub(crate) fn classed(
                     return Err(format!("{y} is no index of {n} classes"));
                 }
             }
-            Ok((target, y, n))
+            Ok(Targets { shape, y, classes: n, labels: Vec::new() })
         }
     }
+}
+
+/// A number of classes that can be told apart.
+fn several(n: usize) -> Result<usize, String> {
+    if n < 2 {
+        return Err(format!("its targets are of {n} class, and there is nothing to tell apart"));
+    }
+    Ok(n)
 }
 
 /// The targets as numbers, several side by side.
@@ -87,8 +105,8 @@ fn numbers(columns: &[&Column]) -> Result<(Vec<usize>, Vec<f64>), String> {
     Ok((vec![each.len()], y))
 }
 
-/// The index of the class of each observation, and how many classes there are.
-fn labelled(column: &Column, classes: &Classes) -> Result<(Vec<f64>, usize), String> {
+/// The index of the class of each observation, and what the classes are called.
+fn labelled(column: &Column, classes: &Classes) -> Result<(Vec<f64>, Vec<String>), String> {
     if !column.item.is_empty() && column.item != [1] {
         let (name, shape) = (&column.name, column.shape());
         return Err(format!("`{name}` is of the shape {shape:?}: a label is one number or text"));
@@ -125,7 +143,10 @@ fn labelled(column: &Column, classes: &Classes) -> Result<(Vec<f64>, usize), Str
             )
         })
     });
-    Ok((indices.collect::<Result<_, _>>()?, labels.len()))
+    let indices = indices.collect::<Result<_, _>>()?;
+    // Numbers are the same however they are written.
+    let plain = |text: String| number(&text).map_or(text, |bits| label(f64::from_bits(bits)));
+    Ok((indices, labels.into_iter().map(plain).collect()))
 }
 
 /// The different numbers as texts, and for each number which it is.

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ivx_data::{Dataset, Form};
+use ivx_data::{Dataset, Form, Names};
 
-use crate::classes::{Classes, classed};
-use crate::format::table;
-use crate::missing::Gaps;
+use crate::classes::{Classes, Targets, classed};
+use crate::format::{Format, table};
+use crate::missing::{Gaps, is_no_text};
 use crate::table::{Cells, Column, Style, Table, Values, Want, listed};
 
 /// What of a table is an input and what a target.
@@ -46,10 +46,11 @@ pub fn dataset(
     let cells = if choice.gaps == Gaps::Refused { Cells::Finite } else { Cells::Gaps };
     let style = Style { separator, header, cells };
     let mut inputs = Vec::new();
-    let mut columns = table(name, bytes, style, &mut |names| {
+    let columns = table(name, bytes, style, &mut |names| {
         inputs = choice.inputs_of(names)?;
         Ok(choice.wants(names, &inputs))
-    })?;
+    });
+    let mut columns = columns.map_err(with_a_way)?;
     // All that is chosen is read.
     let read = columns.columns.iter().enumerate();
     let read: BTreeMap<&str, usize> = read.map(|(i, own)| (own.name.as_str(), i)).collect();
@@ -58,11 +59,56 @@ pub fn dataset(
     };
     let (inputs, targets) = (take(&inputs), take(&choice.targets));
     even(&columns)?;
+    blank(&mut columns, &choice.classes);
     fill(&mut columns, &targets, choice.gaps)?;
     finite(&columns)?;
-    let (target, y, classes) = classed(&columns, &targets, &choice.classes)?;
+    let Targets { shape: target, y, classes, labels } =
+        classed(&columns, &targets, &choice.classes)?;
     let (input, x) = side_by_side(&columns, &inputs, &choice.one_hot)?;
-    Ok(Dataset { form: Form { input, target, classes }, x, y })
+    // Names of arrays tell files apart as often as what is in them, and places are no names.
+    let have_names = header && matches!(Format::of(name), Some(Format::Text | Format::Parquet));
+    let has_texts = inputs.iter().any(|i| matches!(columns.columns[*i].values, Values::Texts(..)));
+    let inputs = if has_texts || have_names && inputs.len() > 1 {
+        inputs.iter().flat_map(|i| names_of(&columns.columns[*i])).collect()
+    } else {
+        Vec::new()
+    };
+    let names = Names { inputs, classes: labels };
+    Ok(Dataset { form: Form { input, target, classes, names }, x, y })
+}
+
+/// Says what makes numbers of texts, where that is what is wrong.
+fn with_a_way(why: String) -> String {
+    let way = "`labels: true` makes classes of a target's texts, and `one_hot: [..]` numbers of an input's";
+    if why.ends_with("is no number") { format!("{why}: {way}") } else { why }
+}
+
+/// What the numbers are called that a column makes.
+fn names_of(column: &Column) -> Vec<String> {
+    let name = &column.name;
+    match &column.values {
+        Values::Texts(texts, _) => {
+            present(texts).into_iter().map(|text| format!("{name}={text}")).collect()
+        }
+        Values::Numbers(_) => match column.item.iter().product::<usize>() {
+            1 => vec![name.clone()],
+            n => (0..n).map(|i| format!("{name}.{i}")).collect(),
+        },
+    }
+}
+
+/// Makes empty what programs write where there is no text, unless it is the name of a class.
+fn blank(table: &mut Table, classes: &Classes) {
+    let is_class = |text: &String| match classes {
+        Classes::Listed(labels) => labels.contains(text),
+        _ => false,
+    };
+    for column in &mut table.columns {
+        if let Values::Texts(texts, _) = &mut column.values {
+            let gaps = texts.iter_mut().filter(|text| is_no_text(text) && !is_class(text));
+            gaps.for_each(String::clear);
+        }
+    }
 }
 
 impl Choice {
@@ -139,7 +185,9 @@ fn fill(table: &mut Table, targets: &[usize], gaps: Gaps) -> Result<(), String> 
                 let gap = at.iter().position(|place| texts[*place as usize].is_empty());
                 if let Some(row) = gap {
                     let (row, name) = (row + 1, &column.name);
-                    return Err(format!("observation {row} has no text in `{name}`: {leave}"));
+                    return Err(format!(
+                        "observation {row} has no text in `{name}`: `missing: dropped()` leaves such rows out"
+                    ));
                 }
             }
             Values::Numbers(numbers) if all_finite(numbers) => {}

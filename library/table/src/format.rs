@@ -88,10 +88,13 @@ pub(crate) fn arrays(name: &str, bytes: &[u8]) -> Result<Vec<Column>, String> {
         Some(Format::Npz) => npz::read(bytes),
         _ => {
             let arrays = read_numbers(bytes)?.into_iter().map(|(name, (shape, numbers))| {
+                if npy::is_vast(&shape) {
+                    return Err(format!("`{name}` does not have the numbers that its shape says"));
+                }
                 let (len, item) = (shape.first().copied(), shape.iter().skip(1).copied());
-                Column { name, len, item: item.collect(), values: Values::Numbers(numbers) }
+                Ok(Column { name, len, item: item.collect(), values: Values::Numbers(numbers) })
             });
-            Ok(arrays.collect())
+            arrays.collect()
         }
     }
 }

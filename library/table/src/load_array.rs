@@ -20,27 +20,64 @@ declare! {
         labels: Fields = ivx_op::Part::default();
         /// What stands between cells of text; by default a comma, in `.tsv` a tab.
         separator: String = "";
+        /// Whether the first line of text has names; without, rows and columns are labelled by their places from 0.
+        header: bool = true;
     }
     rule is_array;
 }
 
 impl Op for LoadArray {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        let Content::File { bytes, .. } = &self.file.0.content else {
-            unreachable!("a file has the content of one")
-        };
-        let (name, DimNames(dims)) = (&self.file.0.name, &self.dims);
-        separator(name, &self.separator)
-            .and_then(|separator| array(name, bytes, separator, &self.field, dims, &self.labels.0))
-            .map_err(|why| OpError::Failed(format!("`{name}` is not as expected: {why}")))
+        self.read().map_err(OpError::Failed)
     }
 }
 
-fn is_array(facts: &Facts<'_>) -> Result<(), Wrong> {
-    match facts.arg::<File>("file") {
-        Some(File(file)) => asked_well(facts, "file", &file.name),
-        None => Ok(()),
+/// The largest file that is read whole while a spec is checked, in bytes.
+const SMALL: usize = 1 << 20;
+
+impl LoadArray {
+    fn bytes(&self) -> &[u8] {
+        match &self.file.0.content {
+            Content::File { bytes, .. } => bytes,
+            _ => unreachable!("a file has the content of one"),
+        }
     }
+
+    fn read(&self) -> Result<Array, String> {
+        let (name, DimNames(dims)) = (&self.file.0.name, &self.dims);
+        let read = |separator| {
+            let text = (separator, self.header);
+            array(name, self.bytes(), text, &self.field, dims, &self.labels.0)
+        };
+        separator(name, &self.separator)
+            .and_then(read)
+            .map_err(|why| format!("`{name}` is not as expected: {why}"))
+    }
+
+    /// What the checker knows of a call.
+    fn of(facts: &Facts<'_>) -> Option<Self> {
+        Some(Self {
+            file: facts.arg("file")?,
+            dims: DimNames(facts.arg("dims")?),
+            field: facts.arg("field")?,
+            labels: facts.arg("labels")?,
+            separator: facts.arg("separator")?,
+            header: facts.arg("header")?,
+        })
+    }
+}
+
+/// What can be told before anything runs: of small files all.
+fn is_array(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let Some(load) = LoadArray::of(facts) else { return Ok(()) };
+    asked_well(facts, "file", &load.file.0.name)?;
+    if load.bytes().len() > SMALL {
+        return Ok(());
+    }
+    load.read().map(drop).map_err(|message| {
+        let help = "mend the file, or say otherwise how it is to be read: `docs/data.md`";
+        Wrong { arg: "file", message, help: help.to_owned() }
+    })
 }
 
 /// Whether what is asked of a file of this name can be asked.

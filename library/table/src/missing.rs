@@ -18,6 +18,12 @@ pub enum Gaps {
     Means,
 }
 
+/// What programs write where there is no text.
+pub(crate) fn is_no_text(text: &str) -> bool {
+    let text = text.trim().to_ascii_lowercase();
+    matches!(&*text, "" | "na" | "n/a" | "nan" | "null" | "?")
+}
+
 /// What becomes of rows in which something is missing.
 pub trait Missing: Debug + Send + Sync {
     /// What is done.

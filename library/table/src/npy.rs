@@ -5,7 +5,7 @@ use ivx_op::{exact, half, too_large};
 use crate::table::{Column, Values};
 
 /// The most numbers that the shape of an empty array may speak of.
-const MOST: usize = 1 << 31;
+const MOST: usize = 1 << 20;
 
 /// The file of an array.
 ///
@@ -49,12 +49,9 @@ pub(crate) fn read(name: &str, file: &[u8]) -> Result<Column, String> {
         Some("False") => false,
         _ => return Err(missing("fortran_order")),
     };
-    let product =
-        |least: usize| shape.iter().try_fold(1_usize, |n, size| n.checked_mul((*size).max(least)));
     let uneven = || "does not have the numbers that its shape says".to_owned();
-    let n = product(0).ok_or_else(uneven)?;
-    // What is empty may not speak of more than there could be.
-    if n == 0 && product(1).is_none_or(|n| n > MOST) {
+    let n = product(&shape, 0).ok_or_else(uneven)?;
+    if is_vast(&shape) {
         return Err(uneven());
     }
     let values = match kind.get(1..2) {
@@ -67,6 +64,15 @@ pub(crate) fn read(name: &str, file: &[u8]) -> Result<Column, String> {
         None => (None, Vec::new()),
     };
     Ok(Column { name: name.to_owned(), len, item, values })
+}
+
+fn product(shape: &[usize], least: usize) -> Option<usize> {
+    shape.iter().try_fold(1_usize, |n, size| n.checked_mul((*size).max(least)))
+}
+
+/// Whether an array without numbers speaks of more than there could be.
+pub(crate) fn is_vast(shape: &[usize]) -> bool {
+    product(shape, 0) == Some(0) && product(shape, 1).is_none_or(|n| n > MOST)
 }
 
 fn split(file: &[u8]) -> Option<(&str, &[u8])> {
@@ -134,6 +140,7 @@ fn numbers(kind: &str, data: &[u8], n: usize) -> Result<Vec<f64>, String> {
 fn texts(kind: &str, data: &[u8], n: usize) -> Result<Values, String> {
     let length: Option<usize> = kind.get(2..).and_then(|length| length.parse().ok());
     let size = length.and_then(|length| length.checked_mul(4));
+    let size = size.filter(|size| *size > 0);
     let size = size.ok_or_else(|| format!("holds `{kind}`, which is no text"))?;
     if size.checked_mul(n) != Some(data.len()) {
         return Err("does not have the texts that its shape says".to_owned());
@@ -283,5 +290,16 @@ mod tests {
             check(&header("<f8", "False", &sizes), &[0; 8], "shape says");
             check(&header("<U9999999999", "False", &sizes), &[0; 8], "shape says");
         }
+    }
+
+    #[test]
+    fn what_holds_nothing_is_not_vast() {
+        let file = |kind: &str, shape: &[usize]| read("a", &write(kind, shape, std::iter::empty()));
+        for (kind, shape) in
+            [("<f8", [0, 2_147_483_647]), ("<f8", [200_000_000, 0]), ("<U0", [1 << 40, 1])]
+        {
+            assert!(file(kind, &shape).is_err(), "{kind} {shape:?}");
+        }
+        assert!(file("<f8", &[0, 3]).is_ok());
     }
 }

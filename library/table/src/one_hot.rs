@@ -35,7 +35,7 @@ fn vectors(facts: &Facts<'_>) -> Option<Shapes> {
 /// The form of data with vectors for classes.
 fn apart(form: &Form) -> Option<Form> {
     let target = [&form.target[..], &[form.classes?]].concat();
-    Some(Form { input: form.input.clone(), target, classes: None })
+    Some(Form { target, classes: None, ..form.clone() })
 }
 
 impl Op for OneHot {

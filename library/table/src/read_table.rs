@@ -1,6 +1,6 @@
 //! The data set that lies in a file of the project.
 
-use ivx_data::Dataset;
+use ivx_data::{Dataset, Form};
 use ivx_op::{
     Args, Content, Ctx, Facts, File, Literal as _, Needs, Op, OpError, Part, Shapes, Word, Wrong,
     declare,
@@ -19,7 +19,7 @@ declare! {
     /// `.npz`, `.safetensors`, or `.parquet` where ivx is built with it. Several inputs are a vector. Labels of classes
     /// become their indices: in the order of `classes`, or sorted, by size where all are numbers and by their letters
     /// where not. `docs/data.md` tells all of it.
-    pub struct ReadTable = "read_table" @ 1 -> Dataset {
+    pub struct ReadTable = "read_table" @ 2 -> Dataset {
         /// A file beside the spec, in quotes.
         file: File;
         /// The column that is to be foretold.
@@ -181,7 +181,7 @@ fn observations(facts: &Facts<'_>) -> Option<Shapes> {
     let side = |n: usize| if n == 1 { Vec::new() } else { vec![n] };
     let classes = (!read.classes.is_empty()).then_some(read.classes.len());
     let (input, target) = (side(choice.inputs.len()), side(choice.targets.len()));
-    text.then(|| ivx_data::Form { input, target, classes }.shapes())
+    text.then(|| Form { input, target, classes, ..Form::default() }.shapes())
 }
 
 impl Op for ReadTable {

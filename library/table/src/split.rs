@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use ivx_data::Dataset;
 use ivx_op::{Ctx, Facts, One, Op, OpError, Shapes, Wrong, declare, record};
+use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
 
 record! {
@@ -21,7 +22,7 @@ declare! {
     ///
     /// Where targets are classes, each has its share of both parts, as nearly as whole observations allow. Fewer that are
     /// tested on are the first of more.
-    pub struct SplitData = "split" @ 1, stochastic -> Split {
+    pub struct SplitData = "split" @ 2, stochastic -> Split {
         /// The data.
         data: One<Dataset>;
         /// The share that is tested on; what is no whole number of observations is rounded up.
@@ -60,25 +61,33 @@ impl Op for SplitData {
             clippy::cast_sign_loss,
             reason = "observations are far below 2^53"
         )]
-        let n_test = ((n as f64 * self.test).ceil() as usize).min(n);
+        let n_test = (whole(n as f64 * self.test) as usize).min(n);
         if n_test == 0 || n_test == n {
             let why = format!("{n} observations in two parts leave nothing in one of them");
             return Err(OpError::Failed(why));
         }
         let mut rng = ctx.rng("split", &[&self.stream]);
-        // Members of each class lie evenly on a line from 0 to 1: of any beginning of it each has its share.
-        let mut line: Vec<(usize, usize, usize)> = Vec::new();
-        let mut place = Vec::new();
+        // Members of each class lie evenly on a line from 0 to 1: of any beginning of it each has its share. Of those that
+        // lie at one place it is drawn who comes first.
+        let mut line: Vec<(usize, usize, u64, usize)> = Vec::new();
         for mut members in groups(&self.data) {
             members.shuffle(&mut rng);
             let size = members.len();
-            line.extend(members.into_iter().enumerate().map(|(j, row)| (2 * j + 1, 2 * size, row)));
+            let places = members.into_iter().enumerate();
+            line.extend(places.map(|(j, row)| (2 * j + 1, 2 * size, rng.random(), row)));
         }
         // (2j + 1) / 2size, without rounding.
-        line.sort_by(|a, b| (a.0 * b.1).cmp(&(b.0 * a.1)).then(a.2.cmp(&b.2)));
-        place.extend(line.into_iter().map(|(.., row)| row));
+        line.sort_by(|a, b| {
+            (a.0 * b.1).cmp(&(b.0 * a.1)).then_with(|| (a.2, a.3).cmp(&(b.2, b.3)))
+        });
+        let place: Vec<usize> = line.into_iter().map(|(.., row)| row).collect();
         Ok(parts(&self.data, &place[..n_test]))
     }
+}
+
+/// What is no whole number is rounded up; 7 % of 100 are 7, though not in binary.
+fn whole(n: f64) -> f64 {
+    if (n - n.round()).abs() < 1e-9 * n { n.round() } else { n.ceil() }
 }
 
 /// Those that are tested on in the order in which they are given, and the rest in that of the data.
@@ -162,6 +171,33 @@ pub(crate) mod tests {
         }
         let few = split(&data, 0.1, 0);
         assert_eq!((few.test.len(), counts(&few.test)), (7, vec![5, 2, 0]));
+    }
+
+    /// Of classes that have the same claim to a place, it is drawn which has it.
+    #[test]
+    fn no_class_is_always_left_out() {
+        for (counts_of, test) in [(vec![4_u32; 20], 0.1), (vec![1; 12], 0.25), (vec![50; 3], 0.25)]
+        {
+            let data = of_classes(&counts_of.iter().map(|n| *n as usize).collect::<Vec<_>>());
+            let seeds = (0..60).map(|seed| counts(&split(&data, test, seed).test));
+            let tested = seeds.reduce(|all, one| {
+                all.iter().zip(one).map(|(all, one)| all + one).collect::<Vec<usize>>()
+            });
+            let mean = 60.0 * test * f64::from(counts_of[0]);
+            for n in tested.unwrap() {
+                let n = f64::from(u32::try_from(n).unwrap());
+                // Four standard deviations of so many draws, at most.
+                assert!((n - mean).abs() < 4.0 * mean.sqrt(), "{n} and {mean} of {test}");
+            }
+        }
+    }
+
+    #[test]
+    fn shares_that_are_whole_are_not_rounded() {
+        let data = Dataset::pairs(vec![0.0; 100], vec![0.0; 100]);
+        for (test, n) in [(0.07, 7), (0.14, 14), (0.28, 28), (0.55, 55), (0.56, 56), (0.071, 8)] {
+            assert_eq!(split(&data, test, 0).test.len(), n, "{test}");
+        }
     }
 
     #[test]

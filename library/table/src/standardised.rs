@@ -47,10 +47,7 @@ fn goes_together(facts: &Facts<'_>) -> Result<(), Wrong> {
 impl Op for Standardised {
     fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
         let (data, by) = (&self.data.0, &self.by.0);
-        if data.form != by.form {
-            let (own, other) = (form::told(&data.form), form::told(&by.form));
-            return Err(OpError::Failed(format!("the data are {own}, and `by` is {other}")));
-        }
+        form::same(&by.form, &data.form).map_err(form::failed)?;
         if self.targets && data.form.classes.is_some() {
             return Err(OpError::Failed("targets are classes, which have no scale".to_owned()));
         }

@@ -74,7 +74,7 @@ fn data(case: &Case, x: &str, y: &str) -> Dataset {
         Some(_) => (Vec::new(), numbers(y)),
         None => (vec![rows(y)[0].len()], rows(y).concat()),
     };
-    let form = Form { input: vec![x[0].len()], target, classes };
+    let form = Form { input: vec![x[0].len()], target, classes, ..Form::default() };
     Dataset { form, x: x.concat(), y }
 }
 

@@ -32,7 +32,12 @@ impl Copying {
 impl Task for Copying {
     fn form(&self) -> Form {
         let kinds = self.symbols + 1;
-        Form { input: vec![self.steps(), kinds], target: vec![self.steps()], classes: Some(kinds) }
+        Form {
+            input: vec![self.steps(), kinds],
+            target: vec![self.steps()],
+            classes: Some(kinds),
+            ..Form::default()
+        }
     }
 
     fn draw(&self, rng: &mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>) {

@@ -38,7 +38,12 @@ const DIGITS: [[&str; 7]; 10] = [
 
 impl Task for Glyphs {
     fn form(&self) -> Form {
-        Form { input: vec![1, SIZE, SIZE], target: Vec::new(), classes: Some(DIGITS.len()) }
+        Form {
+            input: vec![1, SIZE, SIZE],
+            target: Vec::new(),
+            classes: Some(DIGITS.len()),
+            ..Form::default()
+        }
     }
 
     fn draw(&self, rng: &mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>) {

@@ -117,9 +117,9 @@ fn a_network_by_hand() {
 /// In single precision a central difference with h = 1/64 is good to about 1e-3.
 #[test]
 fn gradients_agree_with_central_differences() {
-    let classes = Form { input: vec![2], target: vec![], classes: Some(3) };
-    let pairs = Form { input: vec![2], target: vec![2], classes: None };
-    let two = Form { input: vec![2], target: vec![], classes: Some(2) };
+    let classes = Form { input: vec![2], target: vec![], classes: Some(3), ..Form::default() };
+    let pairs = Form { input: vec![2], target: vec![2], classes: None, ..Form::default() };
+    let two = Form { input: vec![2], target: vec![], classes: Some(2), ..Form::default() };
     let net = Part::new("mlp").with("hidden", vec![4_i64]);
     for (name, form) in [
         ("squared", &pairs),
@@ -234,10 +234,12 @@ fn trainings() -> Vec<(NetModel, Dataset, Box<dyn Loss>, usize)> {
         Part::new("dropout"),
         Part::new("dense").with("units", 6_i64),
     ]);
-    let images = Form { input: vec![1, 10, 10], target: vec![], classes: Some(10) };
+    let images =
+        Form { input: vec![1, 10, 10], target: vec![], classes: Some(10), ..Form::default() };
     let images = noise(images, 11);
     let gru = Part::new("gru").with("units", 5_i64);
-    let sequences = noise(Form { input: vec![4, 3], target: vec![4], classes: Some(3) }, 9);
+    let sequences =
+        noise(Form { input: vec![4, 3], target: vec![4], classes: Some(3), ..Form::default() }, 9);
     let of = |part: &Part, data: Dataset, name: &str, batch| {
         let loss = loss(name);
         (untrained(part, &*loss, &data.form), data, loss, batch)

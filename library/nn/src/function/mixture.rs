@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ivx_data::Form;
+use ivx_data::{Form, form};
 use ivx_math::moments::{mean, variance};
 use ivx_op::{Artifact as _, Data, Tensors};
 
@@ -79,7 +79,7 @@ pub(super) fn read(form: &Form, tensors: &mut Tensors) -> Option<Arc<dyn Functio
     let n = tensors.arrays.len();
     let members = (0..n).map(|m| {
         let (_, bytes) = tensors.u8(&m.to_string())?;
-        Model::decode(&bytes).filter(|model| model.form().as_ref() == form)
+        Model::decode(&bytes).filter(|model| form::same(&model.form(), form).is_ok())
     });
     let members: Vec<Model> = members.collect::<Option<_>>()?;
     let noise = *noise.first()?;

@@ -115,7 +115,7 @@ mod tests {
     }
 
     fn all() -> Vec<(Form, Arc<dyn Function>)> {
-        let form = |classes| Form { input: vec![2], target: vec![], classes };
+        let form = |classes| Form { input: vec![2], target: vec![], classes, ..Form::default() };
         let affine = Affine { weights: vec![1.0, 2.0], intercepts: vec![f64::NEG_INFINITY] };
         let near = Neighbours { x: vec![0.0, 1.0, 2.0, 3.0], y: vec![2.0, 0.0], k: 2 };
         let forest = Forest(vec![tree(&[0.5, 0.5, 1.0, 0.0, 0.0, 1.0]); 2]);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ivx_data::Form;
+use ivx_data::{Form, form};
 use ivx_math::standard::Scale;
 use ivx_op::{Artifact as _, Data, Tensors};
 
@@ -59,7 +59,7 @@ impl Function for Scaled {
 
 pub(super) fn read(form: &Form, tensors: &mut Tensors) -> Option<Arc<dyn Function>> {
     let (_, bytes) = tensors.u8("model")?;
-    let model = Model::decode(&bytes).filter(|model| model.form().as_ref() == form)?;
+    let model = Model::decode(&bytes).filter(|model| form::same(&model.form(), form).is_ok())?;
     let mut scale = |name: &str, width: usize| {
         let (_, means) = tensors.f64(&format!("{name}.means"))?;
         let (_, stds) = tensors.f64(&format!("{name}.stds"))?;

@@ -32,7 +32,7 @@ fn model_of_env(facts: &Facts<'_>) -> Result<(), Wrong> {
 
 /// A state as a vector, and an action as a class.
 fn form(n_states: usize, n_actions: usize) -> Form {
-    Form { input: vec![n_states], target: Vec::new(), classes: Some(n_actions) }
+    Form { input: vec![n_states], target: Vec::new(), classes: Some(n_actions), ..Form::default() }
 }
 
 fn fits(model: &Form, env: &Form) -> Result<(), Misfit> {

@@ -28,6 +28,8 @@ declare! {
         labels: Fields = Part::default();
         /// What stands between cells of text; by default a comma, in `.tsv` a tab.
         separator: String = "";
+        /// Whether the first line of text has names; without, rows and columns are labelled by their places from 0.
+        header: bool = true;
     }
     rule is_readable;
 }
@@ -38,7 +40,8 @@ impl Op for ReadArray {
         let DimNames(dims) = &self.dims;
         separator(&self.name, &self.separator)
             .and_then(|separator| {
-                array(&self.name, bytes, separator, &self.field, dims, &self.labels.0)
+                let text = (separator, self.header);
+                array(&self.name, bytes, text, &self.field, dims, &self.labels.0)
             })
             .map_err(|why| wrong(&self.name, &why))
     }
@@ -71,6 +74,7 @@ mod tests {
                 field: field.to_owned(),
                 labels: Fields::default(),
                 separator: String::new(),
+                header: true,
             };
             read.run(&Ctx::new("read_array", 0, None)).map_err(|error| error.to_string())
         };

@@ -1,3 +1,5 @@
+use ivx_data::form;
+
 use super::*;
 use crate::npz;
 
@@ -16,15 +18,21 @@ fn owned(names: &[&str]) -> Vec<String> {
 }
 
 fn csv(text: &str, choice: &Choice) -> Result<Dataset, String> {
-    dataset("d.csv", text.as_bytes(), (b',', true), choice)
+    dataset("d.csv", text.as_bytes(), (b',', true), choice).map(nameless)
 }
 
 fn file(bytes: &[u8], choice: &Choice) -> Result<Dataset, String> {
-    dataset("d.npz", bytes, (b',', true), choice)
+    dataset("d.npz", bytes, (b',', true), choice).map(nameless)
+}
+
+/// The observations alone.
+fn nameless(mut data: Dataset) -> Dataset {
+    data.form.names = Names::default();
+    data
 }
 
 fn form(input: &[usize], target: &[usize], classes: Option<usize>) -> Form {
-    Form { input: input.to_vec(), target: target.to_vec(), classes }
+    Form { input: input.to_vec(), target: target.to_vec(), classes, ..Form::default() }
 }
 
 #[test]
@@ -152,4 +160,64 @@ fn what_is_there_instead_is_told() {
     check(file(&arrays(&[2, 0], 0, 2), &y()), "and not [2, 0]");
     let number = npz::write(&[("x", &[], &[0.0]), ("y", &[1], &[0.0])]);
     check(file(&number, &y()), "`x` is a single number, and no column");
+}
+
+/// Files whose columns, texts or classes are not the same are told apart by what a model was trained on.
+#[test]
+fn names_tell_files_apart() {
+    let of = |text: &str, choice: &Choice| {
+        dataset("d.csv", text.as_bytes(), (b',', true), choice).unwrap().form
+    };
+    let differ = |(one, other): (&str, &str), choice: &Choice| {
+        let (one, other) = (of(one, choice), of(other, choice));
+        assert!(form::same(&one, &one).is_ok());
+        form::same(&one, &other).map_err(|why| why.message)
+    };
+    let columns = differ(("p,q,y\n1,2,3\n", "q,p,y\n1,2,3\n"), &choice(&["y"]));
+    let why = "number 1 of the inputs is `p` to the model and `q` in the data";
+    assert_eq!(columns, Err(why.to_owned()));
+    // One input is what it is called, and no other can stand in its place.
+    assert_eq!(differ(("p,y\n1,2\n", "q,y\n1,2\n"), &choice(&["y"])), Ok(()));
+
+    let labelled = Choice { classes: Classes::Sorted, ..choice(&["y"]) };
+    let classes = differ(("x,y\n1,cat\n2,dog\n", "x,y\n1,dog\n2,fox\n"), &labelled);
+    let why = "number 1 of the classes is `cat` to the model and `dog` in the data";
+    assert_eq!(classes, Err(why.to_owned()));
+    assert_eq!(differ(("x,y\n1,1\n2,2.0\n", "x,y\n1,1.0\n2,2\n"), &labelled), Ok(()));
+    let classes = Classes::Listed(owned(&["cat", "dog", "fox"]));
+    let listed = Choice { classes, ..labelled };
+    assert_eq!(differ(("x,y\n1,cat\n2,dog\n", "x,y\n1,dog\n2,fox\n"), &listed), Ok(()));
+
+    let coloured = Choice { one_hot: owned(&["c"]), ..choice(&["y"]) };
+    let texts = differ(("c,y\nred,1\ngreen,2\n", "c,y\nred,1\nyellow,2\n"), &coloured);
+    let why = "number 1 of the inputs is `c=green` to the model and `c=red` in the data";
+    assert_eq!(texts, Err(why.to_owned()));
+}
+
+#[test]
+fn one_class_is_none() {
+    for classes in [Classes::Sorted, Classes::Listed(owned(&["a"]))] {
+        let why = csv("x,y\n1,a\n2,a\n", &Choice { classes, ..choice(&["y"]) }).unwrap_err();
+        assert_eq!(why, "its targets are of 1 class, and there is nothing to tell apart");
+    }
+    assert!(csv("x,y\n1,0\n", &Choice { classes: Classes::Indices(1), ..choice(&["y"]) }).is_err());
+}
+
+#[test]
+fn gaps_of_texts_are_those_of_numbers() {
+    let text = "x,y\n1,0\n2,NA\n3,10\n4,?\n5,\n6,null\n7,NaN\n";
+    let with = |gaps, classes| Choice { gaps, classes, ..choice(&["y"]) };
+    let found = csv(text, &with(Gaps::Dropped, Classes::Sorted)).unwrap();
+    assert_eq!((found.x, found.y), (vec![1.0, 3.0], vec![0.0, 1.0]));
+    let why = csv(text, &with(Gaps::Filled(0.0), Classes::Sorted)).unwrap_err();
+    assert!(why.starts_with("observation 2 has no text in `y`: `missing: dropped()`"), "{why}");
+    // Who says that it is a class means it.
+    let listed = Classes::Listed(owned(&["0", "NA", "10"]));
+    assert_eq!(csv(text, &with(Gaps::Dropped, listed)).unwrap().y, [0.0, 1.0, 2.0]);
+}
+
+#[test]
+fn a_text_is_told_what_makes_a_number_of_it() {
+    let why = csv("x,y\n1,setosa\n", &choice(&["y"])).unwrap_err();
+    assert!(why.contains("`setosa` is no number: `labels: true` makes"), "{why}");
 }
