@@ -58,6 +58,12 @@ fn what_is_wrong_with_a_table_is_told_before_anything_runs() {
     check("", read, "no names of columns");
     check("x,y\n1,2\n", "read_table(\"d.csv\")", "what of `d.csv` is a target is not said");
     check("x,y\n1,2\n", "read_table(\"d.csv\", target: \"z\")", "it has no column `z`");
+    let except = |names: &str| format!("read_table(\"d.csv\", target: \"y\", except: {names})");
+    check("x,y\n1,2\n", &except("[\"id\"]"), "it has no column `id`");
+    check("x,y\n1,2\n", &except("[\"x\"]"), "`except` leaves no input");
+    check("x,y\n1,2\n", &except("[\"x\", \"x\"]"), "`x` is named twice in `except`");
+    let both = except("[\"x\"], inputs: [\"z\"]");
+    check("x,z,y\n1,2,3\n", &both, "`inputs` are columns, and `except` all others");
     // Two inputs are a vector, which a line does not take.
     check("x,z,y\n1,2,3\n", read, "pairs of numbers");
     let missing = "read_table(\"e.csv\", target: \"y\")";

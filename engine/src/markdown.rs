@@ -3,7 +3,7 @@
 //! Determined by the spec alone, as the results are. Doc comments are Markdown and stay as they
 //! are written.
 
-use ivx_grammar::ir::{Axis, AxisId, Experiment, Output, Param, Spec};
+use ivx_grammar::ir::{Axis, AxisId, Definition, Experiment, Output, Param, Spec};
 use ivx_op::escape::markdown as plain;
 use ivx_op::{Finding, Outcome as Verdict, shown as shown_alone, shown_together};
 
@@ -20,6 +20,7 @@ pub(crate) fn markdown(spec: &Spec, report: &Report) -> String {
         results.differs.iter().map(|words| plain(words)),
     ));
     page.extend(list("## Parameters", spec.params.iter().map(parameter)));
+    page.extend(list("## Definitions", spec.definitions.iter().map(definition)));
     for experiment in &spec.experiments {
         let found = &results.experiments[&experiment.name];
         page.push(format!("## {}", plain(&experiment.name)));
@@ -46,6 +47,7 @@ fn experiment(
     page.extend(list("### Parameters", experiment.params.iter().map(parameter)));
     let axes = experiment.axes.iter().map(|declared| axis(spec, declared.axis, &declared.docs));
     page.extend(list("### Axes", axes));
+    page.extend(list("### Definitions", experiment.definitions.iter().map(definition)));
     let measures = experiment.measures.iter().map(|output| {
         documented(
             &format!("{} {}", code(&output.name), numbers(&found.measures[&output.name])),
@@ -114,6 +116,10 @@ fn set_in(text: &str) -> String {
 fn parameter(param: &Param) -> String {
     let value = code(&param.value.to_string());
     documented(&format!("{} = {value}", code(&param.name)), &param.docs)
+}
+
+fn definition(Definition { name, docs }: &Definition) -> String {
+    documented(&code(name), docs)
 }
 
 fn axis(spec: &Spec, id: AxisId, docs: &str) -> String {

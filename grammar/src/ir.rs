@@ -46,6 +46,8 @@ pub struct Spec {
     pub shapes: BTreeMap<ExprId, Arc<Known>>,
     /// Parameters of files, called `file.param`, by name.
     pub params: Vec<Param>,
+    /// What files give names to and say something of, called `file.name`.
+    pub definitions: Vec<Definition>,
     /// The experiments, in the order of inclusion.
     pub experiments: Vec<Experiment>,
 }
@@ -213,6 +215,8 @@ pub struct Experiment {
     pub params: Vec<Param>,
     /// The axes that it declares, in their order.
     pub axes: Vec<Declared>,
+    /// What it gives names to and says something of, in the order declared.
+    pub definitions: Vec<Definition>,
     /// Its measures.
     pub measures: Vec<Output>,
     /// Its figures.
@@ -286,6 +290,15 @@ pub struct Param {
 pub struct Declared {
     /// Which.
     pub axis: AxisId,
+    /// Its doc comment.
+    pub docs: String,
+}
+
+/// A `let` or `published` with a doc comment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Definition {
+    /// Its name, and in parentheses what it is a function of.
+    pub name: String,
     /// Its doc comment.
     pub docs: String,
 }

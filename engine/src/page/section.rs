@@ -1,6 +1,6 @@
 //! One experiment: what it is about, what it shows and what it was made of.
 
-use ivx_grammar::ir::{Experiment, Output, Param, Spec};
+use ivx_grammar::ir::{Definition, Experiment, Output, Param, Spec};
 
 use super::groups::groups;
 use super::network::network;
@@ -46,6 +46,7 @@ pub(super) fn section(
     }
     out.extend(measures(experiment, found));
     out.extend(settings(spec, experiment));
+    out.extend(definitions(&experiment.definitions));
     let groups = groups(&experiment.name, plan, outcome);
     if !groups.is_empty() {
         out.push(format!("<h3>Who feeds whom</h3>{}", network(&groups)));
@@ -112,11 +113,23 @@ fn amount(measure: &Measure) -> String {
     format!("{} numbers{ends} over {}", measure.values.len(), over.join(", "))
 }
 
-/// The parameters that several experiments may read.
+/// The parameters that several experiments may read, and what files give names to.
 pub(super) fn shared(spec: &Spec) -> Option<String> {
     let rows: String = spec.params.iter().map(param).collect();
-    let table = (!rows.is_empty()).then(|| table("Parameters of several experiments", &rows))?;
-    Some(format!("<section id=\"shared\">{table}</section>"))
+    let params = (!rows.is_empty()).then(|| table("Parameters of several experiments", &rows));
+    let shared: String = params.into_iter().chain(definitions(&spec.definitions)).collect();
+    (!shared.is_empty()).then(|| format!("<section id=\"shared\">{shared}</section>"))
+}
+
+/// What is said of names.
+fn definitions(all: &[Definition]) -> Option<String> {
+    let row = |Definition { name, docs }: &Definition| {
+        format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", code(name), prose(docs))
+    };
+    let rows: String = all.iter().map(row).collect();
+    (!rows.is_empty()).then(|| {
+        format!("<details><summary>Definitions</summary><table class=\"facts\"><tbody>\n{rows}</tbody></table></details>")
+    })
 }
 
 fn param(Param { name, docs, value, by, .. }: &Param) -> String {

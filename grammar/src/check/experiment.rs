@@ -8,7 +8,7 @@ use super::Checker;
 use super::expr::At;
 use super::value::Val;
 use crate::ast::{self, ItemKind};
-use crate::ir::{Claim, Declared, Desc, Experiment, ExprId, Output, titled};
+use crate::ir::{Claim, Declared, Definition, Desc, Experiment, ExprId, Output, titled};
 use crate::{Code, Diagnostic, Span, Spanned, deviations};
 
 /// The titles of figures and tables, by what they are and the files that they name.
@@ -27,6 +27,13 @@ impl<'a> Checker<'a> {
             self.program.push_experiment(experiment);
         }
         self.names.leave(None);
+        let files = self.scopes.all.iter().take(self.source.files().len());
+        let definitions = files.flat_map(|file| {
+            let named =
+                |own: Definition| Definition { name: format!("{}.{}", file.name, own.name), ..own };
+            file.items.iter().filter_map(definition).map(named)
+        });
+        self.program.set_definitions(definitions.collect());
     }
 
     /// Checks what the spec's file declares and no experiment uses, as if it were used where a
@@ -93,6 +100,7 @@ impl<'a> Checker<'a> {
                 let (name, docs) = (title.to_owned(), item.docs.clone());
                 expr.map(|expr| Output { name, docs, expr, source })
             };
+            done.definitions.extend(definition(item));
             match &item.kind {
                 ItemKind::Measure { name, value: written } => {
                     let at = at(&name.value);
@@ -233,6 +241,22 @@ impl<'a> Checker<'a> {
         self.fault(fault);
         None
     }
+}
+
+/// What an item gives a name to, if it says something of it.
+fn definition(item: &ast::Item) -> Option<Definition> {
+    let name = match &item.kind {
+        ItemKind::Let { name, params: None, .. } | ItemKind::Published { name, .. } => {
+            name.value.clone()
+        }
+        ItemKind::Let { name, params: Some(params), .. } => {
+            let params: Vec<&str> = params.iter().map(|param| &*param.name.value).collect();
+            format!("{}({})", name.value, params.join(", "))
+        }
+        _ => return None,
+    };
+    let docs = item.docs.clone();
+    (!docs.trim().is_empty()).then_some(Definition { name, docs })
 }
 
 /// Most bytes of a figure's or table's name.

@@ -6,7 +6,9 @@ use ivx_op::{Array, Artifact};
 
 use super::value::{Val, nothing};
 use crate::Span;
-use crate::ir::{Axis, AxisId, AxisRole, Desc, Experiment, Expr, ExprId, Feed, Param, Place, Spec};
+use crate::ir::{
+    Axis, AxisId, AxisRole, Definition, Desc, Experiment, Expr, ExprId, Feed, Param, Place, Spec,
+};
 
 /// The program so far: it grows, and what is in it stays as it is.
 #[derive(Default)]
@@ -84,6 +86,10 @@ impl Program {
     pub(super) fn set_params(&mut self, mut params: Vec<Param>) {
         params.sort_by(|a, b| a.name.cmp(&b.name));
         self.spec.params = params;
+    }
+
+    pub(super) fn set_definitions(&mut self, definitions: Vec<Definition>) {
+        self.spec.definitions = definitions;
     }
 
     pub(super) fn set_profile(&mut self, profile: Option<&str>) {

@@ -47,17 +47,18 @@ fn expr<'t>(page: &mut Page<'t>, nodes: &[Node<'t>], indent: usize, tail: usize)
     let Some(loosest) = loosest(nodes) else {
         return term(page, nodes, indent, tail);
     };
-    let ends = |node: &Node| leaf_is(node, |kind| kind == Kind::Operator(loosest));
+    let ends = |node: &Node| binds(node) == Some(loosest);
     let mut rest = nodes;
     let mut broken = false;
     while !rest.is_empty() {
         // An operator and the operand behind it; the first operand has none before it.
-        let begun = usize::from(ends(&rest[0]));
+        let begun = rest.iter().take_while(|node| ends(node)).count();
         let end = rest[begun..].iter().position(ends).map_or(rest.len(), |end| begun + end);
         let (part, after) = rest.split_at(end);
         let tail = if after.is_empty() { tail } else { 0 };
-        // Behind the last line of a broken operand, what fits goes on.
-        if begun > 0 && !(broken && fits(page, part, tail)) {
+        // Behind the last line of a broken operand, what fits goes on, and a margin behind any.
+        let goes_on = broken || leaf_is(&rest[0], |kind| kind == Kind::Within);
+        if begun > 0 && !(goes_on && fits(page, part, tail)) {
             page.newline(indent + INDENT);
         }
         let inner = if begun > 0 { indent + INDENT } else { indent };
@@ -193,11 +194,16 @@ fn width(node: &Node<'_>) -> usize {
 
 /// How tightly the loosest operator outside of brackets binds.
 fn loosest(nodes: &[Node<'_>]) -> Option<u8> {
-    let binds = |node: &Node| match node {
-        Node::Leaf(Token { kind: Kind::Operator(binds), .. }) => Some(*binds),
-        _ => None,
-    };
     nodes.iter().filter_map(binds).min()
+}
+
+/// How tightly an operator binds, or the margin of a claim.
+fn binds(node: &Node<'_>) -> Option<u8> {
+    match node {
+        Node::Leaf(Token { kind: Kind::Operator(binds), .. }) => Some(*binds),
+        Node::Leaf(Token { kind: Kind::Within, .. }) => Some(0),
+        _ => None,
+    }
 }
 
 fn first_token<'a, 't>(node: &'a Node<'t>) -> &'a Token<'t> {

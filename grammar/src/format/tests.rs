@@ -111,6 +111,31 @@ fn expressions_break_before_operators() {
 }
 
 #[test]
+fn claims_break_before_their_words_first() {
+    let long = "progression[method: \"deep ensemble\"]";
+    check(
+        &format!("claim \"c\" : {long} on par with {long} within(0.02, \"0.03 of R²\")"),
+        &format!(
+            "claim \"c\" :\n    {long}\n        on par with {long} within(0.02, \"0.03 of R²\")"
+        ),
+    );
+    let why = "what a σ that is 15 % off costs";
+    check(
+        &format!("claim \"c\" : {long} <= {long} + {long} within(0.02, \"{why}\")"),
+        &format!(
+            "claim \"c\" :\n    {long}\n        <= {long} + {long}\n        within(0.02, \"{why}\")"
+        ),
+    );
+    check("claim \"c\" : a on par with  - b", "claim \"c\" : a on par with -b");
+    check(
+        "claim \"c\" : a on // on\n par with b within(1)",
+        "claim \"c\" :\n    a\n        on   // on\n        par with b within(1)",
+    );
+    check("profile p{on=a.on par=2 with=3}", "profile p { on = a.on, par = 2, with = 3 }");
+    check("let a = within (1) + on", "let a = within(1) + on");
+}
+
+#[test]
 fn comments_stay_where_they_are() {
     check("//// a \n/// of a\nlet a = 1 /// of a", "//// a\n/// of a\nlet a = 1   /// of a");
     check(

@@ -50,6 +50,8 @@ pub(super) enum Kind {
     Minus,
     /// An operator between operands; the greater binds more tightly.
     Operator(u8),
+    /// The word before the margin of a claim.
+    Within,
     /// The end of the text.
     End,
 }
@@ -90,6 +92,7 @@ pub(super) fn tokens<'t>(text: &'t str, ast: &Ast) -> Vec<Token<'t>> {
         let called = text[scan::gap(text, end).next..].starts_with('(');
         let kind = kind(&tokens, word, ty.is_some(), called);
         tokens.push(Token { text: word, kind, above, blank: gap.blank, behind: None });
+        settle_on_par(&mut tokens);
         if word.is_empty() {
             settle_commas(&mut tokens);
             return tokens;
@@ -123,6 +126,7 @@ fn kind(before: &[Token<'_>], word: &str, in_type: bool, called: bool) -> Kind {
         "-" if !matches!(last, Some(Kind::Operand | Kind::Close)) => Kind::Minus,
         "+" | "-" => Kind::Operator(1),
         "*" | "/" => Kind::Operator(2),
+        "within" if called && matches!(last, Some(Kind::Operand | Kind::Close)) => Kind::Within,
         word if ITEM_WORDS.contains(&word) && !called => Kind::Item,
         _ => Kind::Operand,
     }
@@ -143,6 +147,15 @@ fn type_spans(items: &[Item], spans: &mut Vec<Span>) {
             _ => Vec::new(),
         };
         spans.extend(types.iter().filter(|ty| !ty.args.is_empty()).map(|ty| ty.span));
+    }
+}
+
+/// Makes operators of the words of `on par with` once the last has come: no other three names follow each other.
+fn settle_on_par(tokens: &mut [Token<'_>]) {
+    let from = tokens.len().saturating_sub(3);
+    let words = &mut tokens[from..];
+    if words.iter().map(|token| token.text).eq(["on", "par", "with"]) {
+        words.iter_mut().for_each(|token| token.kind = Kind::Operator(0));
     }
 }
 
@@ -172,7 +185,7 @@ pub(super) fn spaced(before: (Kind, &str), after: (Kind, &str)) -> bool {
         (_, (Kind::Comma | Kind::Close | Kind::Joint | Kind::Angle | Kind::Colon, _))
         | ((Kind::Open | Kind::Joint | Kind::Minus | Kind::Angle, "(" | "[" | "." | ".." | "-" | "<"), _)
         // A call or a selection.
-        | ((Kind::Operand | Kind::Close, _), (Kind::Open, "(" | "[")) => false,
+        | ((Kind::Operand | Kind::Close | Kind::Within, _), (Kind::Open, "(" | "[")) => false,
         _ => true,
     }
 }

@@ -45,6 +45,8 @@ pub(super) struct Axis {
     pub(super) bare: bool,
     /// Whether its places are logarithms to base 10 of what its ticks say.
     pub(super) log: bool,
+    /// Whether each panel has a range of its own.
+    pub(super) free: bool,
 }
 
 /// Marks of one look. Series of one label share colour, shape and legend entry.
@@ -71,7 +73,7 @@ pub enum Mark {
     Level(Stroke, f64),
     /// An upright line at `x` across the panel.
     Upright(Stroke, f64),
-    /// A bar from 0 to `y`, centred at `x`.
+    /// A bar from 0, or from the floor of a logarithmic axis, to `y`, centred at `x`.
     Bar {
         /// The centre.
         x: f64,

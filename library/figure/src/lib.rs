@@ -27,6 +27,7 @@ mod panels;
 mod paths;
 mod plot;
 mod points;
+mod range;
 mod render;
 mod scale;
 mod scatter;

@@ -1,10 +1,12 @@
 //! Marks of a drawing as SVG elements inside the panel.
 
+use ivx_op::shown;
+
 use super::drawing::{Mark, Stroke};
 use super::heat::cell;
 use super::scale::{Scale, placeable};
 use super::shapes::{arrow, shape};
-use super::text::{escape, px};
+use super::text::{escape, px, width as text_width};
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito), without the pale yellow.
 const COLOURS: [&str; 7] =
@@ -12,6 +14,9 @@ const COLOURS: [&str; 7] =
 
 /// Kinds of marker and of hatching; each colour meets each kind before a look recurs.
 const N_SHAPES: usize = 7;
+
+/// The height of a line of text.
+const TEXT: f64 = 15.0;
 
 /// A line has about this many markers.
 const N_MARKERS: usize = 6;
@@ -36,6 +41,8 @@ pub(super) struct Panel {
     pub(super) x: Scale,
     /// The vertical range.
     pub(super) y: Scale,
+    /// Whether the vertical range is one of logarithms to base 10.
+    pub(super) log: bool,
     /// Whether cells say their values.
     pub(super) valued: bool,
 }
@@ -79,7 +86,8 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
         }
         Mark::Bar { y, .. } if !placeable(*y) => Vec::new(),
         Mark::Bar { x, width, y, whisker } => {
-            let ((left, end), (right, foot)) = (at(x - width / 2.0, *y), at(x + width / 2.0, 0.0));
+            let foot = if panel.log { panel.y.low } else { 0.0 };
+            let ((left, end), (right, foot)) = (at(x - width / 2.0, *y), at(x + width / 2.0, foot));
             let inside = |y: f64| y.clamp(-9.0, panel.height + 9.0);
             let (top, bottom) = (inside(end.min(foot)), inside(end.max(foot)));
             let mut out = vec![bar(look, left, top, right - left, bottom - top)];
@@ -88,6 +96,7 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
                 let cap = (right - left).min(24.0) / 4.0;
                 out.extend(whisker_lines(panel, *x, (low, high), cap));
             }
+            out.extend(beyond(panel, (left, right), *y));
             out
         }
         Mark::Cell { x, y, share, name, value } => cell((*x, *y), *share, (name, value), panel),
@@ -101,6 +110,8 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
         }
         Mark::Text(x, y, text) => {
             let (x, y) = at(*x, *y);
+            // Where its place is outside, it stands at the edge.
+            let y = if y < 0.0 { TEXT } else { y.min(panel.height) };
             vec![format!(
                 r##"<text x="{}" y="{}" font-size="11" fill="#222222" text-anchor="middle">{}</text>"##,
                 px(x),
@@ -246,6 +257,32 @@ fn whisker_lines(panel: &Panel, x: f64, ends: (f64, f64), cap: f64) -> [String; 
     })
 }
 
+/// An arrow at the edge that a bar goes beyond, and how far it goes where there is room for that.
+fn beyond(panel: &Panel, (left, right): (f64, f64), y: f64) -> Vec<String> {
+    let (tip, base, line) = match y {
+        _ if y > panel.y.high => (2.0, 9.0, 20.0),
+        _ if y < panel.y.low => (panel.height - 2.0, panel.height - 9.0, panel.height - 13.0),
+        _ => return Vec::new(),
+    };
+    let (x, half) = (f64::midpoint(left, right), ((right - left) / 2.0).min(5.0));
+    let path =
+        [(x, tip), (x - half, base), (x + half, base)].map(|(x, y)| format!("{} {}", px(x), px(y)));
+    let path = path.join("L");
+    let mut out =
+        vec![format!(r##"<path d="M{path}Z" fill="#ffffff" stroke="#222222" stroke-width="1"/>"##)];
+    let value = shown(if panel.log { 10_f64.powf(y) } else { y }).replace('-', "−");
+    let wide = text_width(&value, 10.0);
+    if wide <= right - left {
+        let place = format!(r#"x="{}" y="{}""#, px(x - wide / 2.0), px(line - 9.0));
+        out.push(format!(r##"<rect {place} width="{}" height="12" fill="#ffffff"/>"##, px(wide)));
+        let place = format!(r#"x="{}" y="{}""#, px(x), px(line));
+        out.push(format!(
+            r##"<text {place} font-size="10" fill="#222222" text-anchor="middle">{value}</text>"##
+        ));
+    }
+    out
+}
+
 fn bar(look: Look, x: f64, y: f64, width: f64, height: f64) -> String {
     let (lines, colour) = (hatching(look.shape(), width, height), look.colour());
     let place =
@@ -345,6 +382,7 @@ mod tests {
         height: 10.0,
         x: Scale { low: 0.0, high: 10.0 },
         y: Scale { low: 0.0, high: 10.0 },
+        log: false,
         valued: true,
     };
 

@@ -14,6 +14,9 @@ pub(super) const SMALL: f64 = 11.0;
 /// Between panels, beside the room for their names.
 const GAP: f64 = 14.0;
 
+/// What a power of ten above a panel takes.
+const POWER: f64 = 14.0;
+
 /// What the name of a panel takes.
 const NAME: f64 = 17.0;
 
@@ -31,8 +34,12 @@ pub(super) struct Page {
     left: f64,
     /// Of the first panel.
     top: f64,
-    /// Each panel.
+    /// The first panel; the others differ in their vertical range.
     pub(super) panel: Panel,
+    /// From the left of a panel to that of the next.
+    across: f64,
+    /// From the top of a panel to that of the next.
+    down: f64,
     /// How many there are.
     pub(super) n_panels: usize,
     /// How many stand side by side.
@@ -42,7 +49,10 @@ pub(super) struct Page {
     /// How far the tick labels reach below the panels.
     pub(super) below: f64,
     pub(super) x_ticks: Ticks,
-    pub(super) y_ticks: Ticks,
+    /// The vertical range of each panel.
+    y: Vec<Scale>,
+    /// The ticks of each panel.
+    pub(super) y_ticks: Vec<Ticks>,
 }
 
 impl Page {
@@ -56,8 +66,16 @@ impl Page {
             columns => columns.min(n_panels),
         };
         let (panel_width, panel_height) = size(drawing, columns, named);
-        let (x_ticks, y_ticks) = axis_ticks(drawing, (x, y), (panel_width, panel_height), named);
-        let mut panel = Panel { width: panel_width, height: panel_height, x, y, valued: true };
+        let room = (panel_width, panel_height);
+        let (x_ticks, y_ticks) = axis_ticks(drawing, (x, &y), room, named);
+        let mut panel = Panel {
+            width: panel_width,
+            height: panel_height,
+            x,
+            y: y[0],
+            log: drawing.y.log,
+            valued: true,
+        };
         let marks = || drawing.series.iter().flat_map(|series| &series.marks);
         panel.valued = marks().all(|mark| has_room(mark, &panel));
         let widest = |labels: &[String]| labels.iter().map(|l| width(l, SMALL)).fold(0.0, f64::max);
@@ -75,9 +93,12 @@ impl Page {
         let overhang = x_ticks.labels.iter().zip(&x_ticks.at).map(overhang).fold(0.0, f64::max);
 
         let has = |text: &str, room: f64| if text.is_empty() { 0.0 } else { room };
-        let left = 16.0 + has(&drawing.y.label, 18.0) + widest(&y_ticks.labels);
+        let widest_y = y_ticks.iter().map(|ticks| widest(&ticks.labels)).fold(0.0, f64::max);
+        let left = 16.0 + has(&drawing.y.label, 18.0) + widest_y;
         let left = if slanted { left.max(overhang + 8.0) } else { left };
-        let power = if y_ticks.exponent == 0 { 0.0 } else { 14.0 };
+        let power = if y_ticks.iter().all(|ticks| ticks.exponent == 0) { 0.0 } else { POWER };
+        // Where each panel has its own range, each has its own labels too.
+        let (labels, powers) = if drawing.y.free { (widest_y + 7.0, power) } else { (0.0, 0.0) };
         let top = 14.0 + has(&drawing.title, 22.0) + power + if named { NAME } else { 0.0 };
         let has_last_line = !drawing.x.label.is_empty() || x_ticks.exponent != 0;
         let note = if drawing.lacks.nothing() { 0.0 } else { NOTE };
@@ -89,11 +110,14 @@ impl Page {
             left,
             top,
             panel,
+            across: panel.width + GAP + labels,
+            down: panel.height + GAP + NAME + powers,
             n_panels,
             columns,
             slanted,
             below,
             x_ticks,
+            y,
             y_ticks,
         };
         let (inside, down) = page.extent();
@@ -108,8 +132,12 @@ impl Page {
     /// The left and top of a panel.
     pub(super) fn corner(&self, panel: usize) -> (f64, f64) {
         let (column, row) = (panel % self.columns, panel / self.columns);
-        let (across, down) = (self.panel.width + GAP, self.panel.height + GAP + NAME);
-        (self.left + count(column) * across, self.top + count(row) * down)
+        (self.left + count(column) * self.across, self.top + count(row) * self.down)
+    }
+
+    /// The panel in this place.
+    pub(super) fn panel(&self, place: usize) -> Panel {
+        Panel { y: self.y[place], ..self.panel }
     }
 
     /// Whether nothing is to the left of a panel.
@@ -178,22 +206,21 @@ fn size(drawing: &Drawing, columns: usize, named: bool) -> (f64, f64) {
 /// The ticks of both axes: as many as there is room for.
 fn axis_ticks(
     drawing: &Drawing,
-    (x, y): (Scale, Scale),
+    (x, y): (Scale, &[Scale]),
     (wide, high): (f64, f64),
     named: bool,
-) -> (Ticks, Ticks) {
+) -> (Ticks, Vec<Ticks>) {
     let of = |axis: &Axis, scale: Scale, about: u32, room: f64| match axis {
         axis if axis.bare => Ticks { at: Vec::new(), labels: Vec::new(), exponent: 0 },
         axis if axis.log => log_ticks(scale, about),
         axis if axis.names.is_empty() => ticks(scale, about),
         axis => named_ticks(axis, room),
     };
-    if !named {
-        return (of(&drawing.x, x, 7, wide), of(&drawing.y, y, 6, high));
-    }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 300")]
     let about = |room: f64, each: f64| ((room / each) as u32).clamp(2, 7);
-    (of(&drawing.x, x, about(wide, 55.0), wide), of(&drawing.y, y, about(high, 28.0), high))
+    let (about_x, about_y) = if named { (about(wide, 55.0), about(high, 28.0)) } else { (7, 6) };
+    let y_ticks = y.iter().map(|y| of(&drawing.y, *y, about_y, high));
+    (of(&drawing.x, x, about_x, wide), y_ticks.collect())
 }
 
 /// A tick for each name; where they would run into each other, for every few.
@@ -246,6 +273,20 @@ mod tests {
         let page = Page::of(&drawing(&[""], 0));
         assert_eq!((page.panel.width, page.panel.height), (400.0, 250.0));
         assert_eq!([1, 2, 3, 4, 5, 9, 12].map(side_by_side), [1, 2, 3, 2, 3, 3, 4]);
+    }
+
+    #[test]
+    fn panels_with_ranges_of_their_own_have_room_for_their_ticks() {
+        let mut drawing = drawing(&["a", "b", "c", "d"], 2);
+        let shared = Page::of(&drawing);
+        drawing.series[1].marks = vec![Mark::Line(Stroke::Solid, vec![(0.0, 0.0), (1.0, 3e6)])];
+        drawing.y.free = true;
+        let page = Page::of(&drawing);
+        assert_eq!(page.panel(0).y, shared.panel(0).y);
+        assert_eq!((page.panel(1).y.high, page.y_ticks[1].exponent), (3.15e6, 6));
+        let gap = |page: &Page| page.corner(1).0 - page.corner(0).0 - page.panel.width;
+        assert!(gap(&page) >= gap(&shared) + width("0.0", SMALL));
+        assert_eq!(page.corner(2).1 - page.corner(0).1, page.panel.height + GAP + NAME + POWER);
     }
 
     #[test]

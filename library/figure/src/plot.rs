@@ -1,12 +1,12 @@
 //! Layers put together in one figure.
 
-use ivx_op::{Ctx, Everything, Figure, Many, Op, OpError, declare};
+use ivx_op::{Ctx, Everything, Facts, Figure, Many, Op, OpError, Wrong, declare};
 
 use super::drawing::{Axis, Drawing};
 use super::layer::Layer;
 use super::log::{known_scales, scaled};
+use super::range::{known_range, range};
 use super::render::render;
-use super::scale::{apart, placeable};
 
 declare! {
     /// Layers in one figure, later ones over earlier ones.
@@ -28,14 +28,19 @@ declare! {
         /// The same along `y`.
         y_scale: String = "linear";
     }
-    rule known_scales;
+    rule known_axes;
+}
+
+fn known_axes(facts: &Facts<'_>) -> Result<(), Wrong> {
+    known_scales(facts)?;
+    known_range(facts)
 }
 
 impl Op for Plot {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let layers: Vec<&Layer> = self.layers.0.iter().flat_map(|port| &port.0.values).collect();
         let mut drawing = drawing(&layers, &self.title, &self.x_label, &self.y_label);
-        drawing.y.range = range(&self.y_range)?;
+        drawing.y.range = range(&self.y_range, &self.y_scale).map_err(OpError::Failed)?;
         Ok(render(&scaled(drawing, &self.x_scale, &self.y_scale)?))
     }
 }
@@ -55,19 +60,6 @@ pub(super) fn drawing(layers: &[&Layer], title: &str, x_label: &str, y_label: &s
         columns: layers.iter().map(|layer| layer.columns).max().unwrap_or(0),
         lacks: layers.iter().map(|layer| layer.lacks).sum(),
         colours: None,
-    }
-}
-
-fn range(ends: &[f64]) -> Result<Option<(f64, f64)>, OpError> {
-    match *ends {
-        [] => Ok(None),
-        [low, high] if [low, high].into_iter().all(placeable) && apart(low, high) => {
-            Ok(Some((low, high)))
-        }
-        _ => {
-            let message = "`y_range` takes the lowest and the highest `y`, as in `[0.0, 1.0]`";
-            Err(OpError::Failed(message.to_owned()))
-        }
     }
 }
 
@@ -114,12 +106,5 @@ mod tests {
         assert_eq!((found.matches("<polyline").count(), found.matches("<polygon").count()), (2, 2));
         let cut = plot(layers(), vec![0.0, 0.5]).unwrap();
         assert!(cut.contains(">0.5<") && !cut.contains(">8<"));
-    }
-
-    #[test]
-    fn a_range_has_two_ends_in_order() {
-        let bad = [&[1.0][..], &[1.0, 0.0], &[0.0, f64::NAN], &[0.0, 1.0, 2.0], &[0.0, 5e-324]];
-        assert!(bad.into_iter().all(|range| plot(vec![], range.to_vec()).is_err()));
-        assert!(plot(vec![], vec![0.0, 1.0]).is_ok());
     }
 }

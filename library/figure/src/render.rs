@@ -50,13 +50,13 @@ pub(super) fn render(drawing: &Drawing) -> Figure {
 }
 
 fn grid(panel: usize, page: &Page) -> Vec<String> {
-    let (left, top) = page.corner(panel);
+    let ((left, top), inside) = (page.corner(panel), page.panel(panel));
     let line = |y: &f64| {
-        let y = px(top + page.panel.height - page.panel.y.place(*y, page.panel.height));
-        let (left, right) = (px(left), px(left + page.panel.width));
+        let y = px(top + inside.height - inside.y.place(*y, inside.height));
+        let (left, right) = (px(left), px(left + inside.width));
         format!(r#"<path d="M{left} {y}L{right} {y}" stroke="{GRID}" stroke-width="0.8"/>"#)
     };
-    page.y_ticks.at.iter().map(line).collect()
+    page.y_ticks[panel].at.iter().map(line).collect()
 }
 
 fn marks(
@@ -71,7 +71,7 @@ fn marks(
     let mut all: Vec<(&Mark, Look)> = all.collect();
     all.sort_by_key(|(mark, _)| depth(mark));
 
-    let (panel, (left, top)) = (&page.panel, page.corner(place));
+    let (panel, (left, top)) = (&page.panel(place), page.corner(place));
     // An inner `svg` clips its content, and needs no name that another figure might bear.
     let mut out = vec![format!(
         r#"<svg x="{}" y="{}" width="{}" height="{}">"#,
@@ -82,7 +82,7 @@ fn marks(
     )];
     out.extend(all.iter().flat_map(|(mark, look)| draw(mark, *look, panel)));
     let has_bars = all.iter().any(|(mark, _)| matches!(mark, Mark::Bar { .. }));
-    if has_bars && panel.y.low < 0.0 && panel.y.high > 0.0 {
+    if has_bars && !panel.log && panel.y.low < 0.0 && panel.y.high > 0.0 {
         let (y, right) = (px(panel.height - panel.y.place(0.0, panel.height)), px(panel.width));
         out.push(format!(r#"<path d="M0 {y}L{right} {y}" stroke="{INK}" stroke-width="1"/>"#));
     }
@@ -136,13 +136,14 @@ fn vertical_axis(axis: &Axis, place: usize, page: &Page) -> Vec<String> {
     if axis.bare {
         return Vec::new();
     }
-    let (panel, (left, top)) = (&page.panel, page.corner(place));
+    let (panel, (left, top)) = (page.panel(place), page.corner(place));
     let bottom = top + panel.height;
     let mut out = vec![stroke(left, top, left, bottom)];
-    for (at, label) in page.y_ticks.at.iter().zip(&page.y_ticks.labels) {
+    let ticks = &page.y_ticks[place];
+    for (at, label) in ticks.at.iter().zip(&ticks.labels) {
         let y = bottom - panel.y.place(*at, panel.height);
         out.push(stroke(left - 4.0, y, left, y));
-        if page.is_first(place) {
+        if axis.free || page.is_first(place) {
             out.push(text(left - 7.0, y + 4.0, SMALL, "end", label));
         }
     }
@@ -168,9 +169,10 @@ fn axis_labels(drawing: &Drawing, page: &Page) -> Vec<String> {
             escape(&drawing.y.label)
         ));
     }
-    if page.y_ticks.exponent != 0 {
-        let power = power_of_ten(page.y_ticks.exponent);
-        let above = if drawing.panels()[0].is_empty() { 5.0 } else { 19.0 };
+    let above = if drawing.panels()[0].is_empty() { 5.0 } else { 19.0 };
+    let powers = page.y_ticks.iter().enumerate().filter(|(_, ticks)| ticks.exponent != 0);
+    for (place, ticks) in powers.filter(|(place, _)| drawing.y.free || *place == 0) {
+        let ((left, top), power) = (page.corner(place), power_of_ten(ticks.exponent));
         out.push(text(left, top - above, SMALL, "start", &power));
     }
     out

@@ -1,6 +1,6 @@
 //! What range an axis shows, and where its ticks are.
 
-use super::drawing::{Axis, Drawing, Mark};
+use super::drawing::{Axis, Drawing, Mark, Series};
 
 /// The range of values along one side of the panel; `low < high`, both of moderate size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,20 +35,41 @@ pub(super) fn apart(low: f64, high: f64) -> bool {
     high - low > 1e-13 * low.abs().max(high.abs()) && high - low > 1e-300
 }
 
-/// The ranges of the horizontal and the vertical axis.
-pub(super) fn scales(drawing: &Drawing) -> (Scale, Scale) {
-    let marks = || drawing.series.iter().flat_map(|series| &series.marks);
-    let has_bars = marks().any(|mark| matches!(mark, Mark::Bar { .. }));
-    let xs = marks().flat_map(|mark| extent(mark).0);
-    let ys = marks().flat_map(|mark| extent(mark).1).chain(has_bars.then_some(0.0));
+/// The range of the horizontal axis, and that of the vertical axis of each panel.
+pub(super) fn scales(drawing: &Drawing) -> (Scale, Vec<Scale>) {
+    let marks = drawing.series.iter().flat_map(|series| &series.marks);
+    let xs = marks.flat_map(|mark| extent(mark).0);
     let x = places(&drawing.x)
         .unwrap_or_else(|| drawing.x.range.map_or_else(|| padded(xs, 0.02), exactly));
-    let y = places(&drawing.y)
-        .unwrap_or_else(|| drawing.y.range.map_or_else(|| padded(ys, 0.05), exactly));
-    // A bar stands on the axis.
+    let panels = drawing.panels();
+    let y = if drawing.y.free {
+        let here = |panel: &&str| upward(drawing, |series| [*panel, ""].contains(&&*series.panel));
+        panels.iter().map(here).collect()
+    } else {
+        vec![upward(drawing, |_| true); panels.len()]
+    };
+    (x, y)
+}
+
+/// The range of a vertical axis along which these series lie.
+fn upward(drawing: &Drawing, here: impl Fn(&Series) -> bool) -> Scale {
+    let axis = &drawing.y;
+    let all: Vec<&Series> = drawing.series.iter().filter(|series| here(series)).collect();
+    let marks = || all.iter().flat_map(|series| &series.marks);
+    let has_bars = marks().any(|mark| matches!(mark, Mark::Bar { .. }));
+    let foot = (has_bars && !axis.log).then_some(0.0);
+    let ys = marks().flat_map(|mark| extent(mark).1).chain(foot);
+    let y = places(axis).unwrap_or_else(|| axis.range.map_or_else(|| padded(ys, 0.05), exactly));
+    if !has_bars || axis.range.is_some() {
+        return y;
+    }
+    // A bar stands on the axis, and where that is logarithmic on a power of ten.
     let hanging = marks().any(|mark| extent(mark).1.iter().any(|&y| y < 0.0));
-    let on_floor = has_bars && !hanging && drawing.y.range.is_none();
-    (x, if on_floor { Scale { low: 0.0, ..y } } else { y })
+    match (axis.log, hanging) {
+        (true, _) => Scale { low: y.low.floor(), ..y },
+        (false, true) => y,
+        (false, false) => Scale { low: 0.0, ..y },
+    }
 }
 
 /// The range of an axis that has names.
@@ -146,7 +167,7 @@ fn extent(mark: &Mark) -> (Vec<f64>, Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::drawing::{Series, Stroke};
+    use super::super::drawing::Stroke;
     use super::*;
 
     fn check(low: f64, high: f64, labels: &[&str], exponent: i32) {
@@ -182,9 +203,9 @@ mod tests {
         let line = vec![(0.0, 1.0), (100.0, f64::NAN), (10.0, 3.0), (f64::INFINITY, 9.0)];
         let (x, y) = scales(&drawing(vec![Mark::Line(Stroke::Solid, line)]));
         assert_eq!((x.low, x.high), (-0.2, 10.2));
-        assert_eq!((y.low, y.high), (0.9, 3.1));
+        assert_eq!((y[0].low, y[0].high), (0.9, 3.1));
         let (_, y) = scales(&drawing(vec![Mark::Level(Stroke::Solid, 5.0)]));
-        assert_eq!((y.low, y.high), (4.5, 5.5));
+        assert_eq!((y[0].low, y[0].high), (4.5, 5.5));
         let (x, _) = scales(&drawing(vec![]));
         assert_eq!((x.low, x.high), (-0.02, 1.02));
     }
@@ -197,11 +218,33 @@ mod tests {
             ..drawing(vec![bar(y)])
         };
         let (x, y) = scales(&named(2.0));
-        assert_eq!((x.low, x.high, y.low, y.high), (-0.5, 0.5, 0.0, 2.1));
-        assert_eq!(scales(&named(-2.0)).1, Scale { low: -2.1, high: 0.1 });
+        assert_eq!((x.low, x.high, y[0].low, y[0].high), (-0.5, 0.5, 0.0, 2.1));
+        assert_eq!(scales(&named(-2.0)).1, [Scale { low: -2.1, high: 0.1 }]);
+        // Along logarithms they stand on the power of ten below: 0.3 · 1.05 and −0.3 − 0.05 · 2.3.
+        let mut log = named(2.0);
+        log.y.log = true;
+        log.series[0].marks.push(bar(-0.3));
+        assert_eq!(scales(&log).1, [Scale { low: -1.0, high: 2.115 }]);
         let mut given = named(2.0);
         given.y.range = Some((1.0, 4.0));
-        assert_eq!(scales(&given).1, Scale { low: 1.0, high: 4.0 });
+        assert_eq!(scales(&given).1, [Scale { low: 1.0, high: 4.0 }]);
+    }
+
+    #[test]
+    fn panels_have_ranges_of_their_own_where_that_is_asked_for() {
+        let bar = |y| Mark::Bar { x: 0.0, width: 0.5, y, whisker: None };
+        let of = |panel: &str, y| Series {
+            panel: panel.into(),
+            marks: vec![bar(y)],
+            ..Series::default()
+        };
+        let series = vec![of("a", 2.0), of("b", -100.0), of("a", 4.0)];
+        let mut drawing = Drawing { series, ..Drawing::default() };
+        let both = Scale { low: -105.2, high: 9.2 };
+        assert_eq!(scales(&drawing).1, [both, both]);
+        drawing.y.free = true;
+        let (a, b) = (Scale { low: 0.0, high: 4.2 }, Scale { low: -105.0, high: 5.0 });
+        assert_eq!(scales(&drawing).1, [a, b]);
     }
 
     #[test]

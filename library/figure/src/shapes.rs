@@ -104,6 +104,7 @@ mod tests {
         height: 100.0,
         x: Scale { low: 0.0, high: 100.0 },
         y: Scale { low: 0.0, high: 100.0 },
+        log: false,
         valued: true,
     };
 

@@ -21,7 +21,8 @@ pub trait Input: Debug + Send + Sync {
 declare! {
     /// Something computed as a file, written as the extension of its name says.
     ///
-    /// - `.csv` and `.npz`: a `Dataset`, with the columns or arrays `x` and `y`.
+    /// - `.csv`: a `Dataset`, with the columns `x` and `y`; of vectors `x0`, `x1` and so on, last dimension fastest.
+    /// - `.npz`: a `Dataset`, with the arrays `x` and `y`.
     /// - `.json`: a number, or an array as `dims` and `values`, last dimension fastest. What is not finite is
     ///   one of the texts `"NaN"`, `"Infinity"` and `"-Infinity"`.
     /// - `.safetensors`: a `Dataset`, a `Model` or anything else but a `File`.
@@ -49,11 +50,7 @@ impl Input for AsFile {
             (Dataset::KIND, "csv" | "npz") => {
                 let data = Dataset::decode(bytes).ok_or_else(|| read(&kind))?;
                 match extension {
-                    "csv" if !data.form.input.is_empty() || !data.form.target.is_empty() => {
-                        let why = "a `.csv` holds one number an input and target; use `.npz`";
-                        return Err(OpError::Failed(why.to_owned()));
-                    }
-                    "csv" => text::write(&[("x", &data.x), ("y", &data.y)]),
+                    "csv" => csv_of(&data),
                     _ => {
                         let of = |item: &[usize]| [&[data.len()], item].concat();
                         let (x, y) = (of(&data.form.input), of(&data.form.target));
@@ -76,6 +73,22 @@ impl Input for AsFile {
         };
         Ok((self.name.clone(), Blob::plain(bytes)))
     }
+}
+
+/// A column for each number of an input and target: `x`, or of vectors `x0`, `x1` and so on.
+fn csv_of(data: &Dataset) -> Vec<u8> {
+    let columns = |name: &str, item: &[usize], all: &[f64]| -> Vec<(String, Vec<f64>)> {
+        if item.is_empty() {
+            return vec![(name.to_owned(), all.to_vec())];
+        }
+        let width = item.iter().product();
+        let column = |i: usize| all.iter().skip(i).step_by(width).copied().collect();
+        (0..width).map(|i| (format!("{name}{i}"), column(i))).collect()
+    };
+    let mut all = columns("x", &data.form.input, &data.x);
+    all.extend(columns("y", &data.form.target, &data.y));
+    let all: Vec<(&str, &[f64])> = all.iter().map(|(name, all)| (&**name, &**all)).collect();
+    text::write(&all)
 }
 
 pub(super) fn json_of(array: &Array) -> Vec<u8> {
@@ -106,6 +119,7 @@ family!(dyn Input, "Input", inputs);
 
 #[cfg(test)]
 mod tests {
+    use ivx_data::Form;
     use ivx_op::Dim;
 
     use super::*;
@@ -121,6 +135,10 @@ mod tests {
         let data = Dataset::pairs(vec![0.1, -2.0], vec![1e-9, 3.0]);
         assert_eq!(written(&data, "a.csv").unwrap(), b"x,y\n0.1,1e-9\n-2.0,3.0\n");
         assert_eq!(written(&data, "a.safetensors").unwrap(), data.encode());
+        let form = Form { input: vec![2, 1], target: vec![1], classes: None };
+        let vectors = Dataset { form, x: vec![1.0, 2.0, 3.0, 4.0], y: vec![5.0, 6.0] };
+        let expected = b"x0,x1,y0\n1.0,2.0,5.0\n3.0,4.0,6.0\n";
+        assert_eq!(written(&vectors, "a.csv").unwrap(), expected);
         assert_eq!(written(&Array::scalar(0.1), "a.json").unwrap(), b"0.1");
         let names = Labels::Names(vec!["u".to_owned(), "v".to_owned()]);
         let array = Array::series(Dim::new("k", names), vec![1.0, 2.5]);

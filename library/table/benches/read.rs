@@ -16,6 +16,7 @@ fn main() {
         return;
     };
     let choice = Choice {
+        except: Vec::new(),
         inputs: Vec::new(),
         targets: vec![target],
         one_hot: Vec::new(),

@@ -14,6 +14,8 @@ use crate::table::{Cells, Column, Style, Table, Values, Want, listed};
 pub struct Choice {
     /// The inputs, in this order; none for all columns that are no target.
     pub inputs: Vec<String>,
+    /// Columns that are no inputs, where `inputs` names none.
+    pub except: Vec<String>,
     /// The targets, in this order.
     pub targets: Vec<String>,
     /// The inputs of texts, each of which becomes as many numbers as it has different texts.
@@ -118,20 +120,28 @@ impl Choice {
     /// If something is named that the table has not, or nothing is left.
     pub fn inputs_of(&self, names: &[String]) -> Result<Vec<String>, String> {
         let known: BTreeSet<&String> = names.iter().collect();
-        let mut named = self.targets.iter().chain(&self.inputs).chain(&self.one_hot);
+        let inputs = self.inputs.iter().chain(&self.except);
+        let mut named = self.targets.iter().chain(inputs).chain(&self.one_hot);
         if let Some(missing) = named.find(|name| !known.contains(name)) {
             return Err(format!("it has no column `{missing}`; it has {}", listed(names)));
         }
         let inputs = if self.inputs.is_empty() {
-            names.iter().filter(|name| !self.targets.contains(name)).cloned().collect()
+            let others: BTreeSet<&String> = self.targets.iter().chain(&self.except).collect();
+            names.iter().filter(|name| !others.contains(name)).cloned().collect()
         } else {
             self.inputs.clone()
         };
+        if inputs.is_empty() && !self.except.is_empty() {
+            return Err("`except` leaves no input of it: an input is a column too".to_owned());
+        }
         if inputs.is_empty() {
             return Err("it has nothing but its targets: an input is a column too".to_owned());
         }
         let stray = self.one_hot.iter().find(|name| !inputs.contains(name));
         match stray {
+            Some(stray) if self.except.contains(stray) => {
+                Err(format!("`{stray}` is of no input: `except` leaves it out"))
+            }
             Some(stray) => Err(format!("`{stray}` is of no input: name it in `inputs` too")),
             None => Ok(inputs),
         }

@@ -28,6 +28,8 @@ declare! {
         targets: Vec<String> = Vec::<i64>::new();
         /// The columns that are known of each observation; by default all that are no targets.
         inputs: Vec<String> = Vec::<i64>::new();
+        /// In the place of `inputs`: columns that are none of them.
+        except: Vec<String> = Vec::<i64>::new();
         /// The labels that the target may have, in the order in which they are counted from 0.
         classes: Vec<Word> = Vec::<i64>::new();
         /// Whether the target holds labels, which are counted in sorted order.
@@ -67,6 +69,7 @@ impl ReadTable {
         let listed = || self.classes.iter().map(|Word(label)| label.clone()).collect();
         Choice {
             inputs: self.inputs.clone(),
+            except: self.except.clone(),
             targets: match &*self.target {
                 "" => self.targets.clone(),
                 one => vec![one.to_owned()],
@@ -88,6 +91,7 @@ impl ReadTable {
             target: facts.arg("target")?,
             targets: facts.arg("targets")?,
             inputs: facts.arg("inputs")?,
+            except: facts.arg("except")?,
             classes: facts.arg("classes")?,
             labels: facts.arg("labels")?,
             one_hot: facts.arg("one_hot")?,
@@ -130,7 +134,12 @@ fn is_table(facts: &Facts<'_>) -> Result<(), Wrong> {
     }
     twice("targets", &read.targets)?;
     twice("inputs", &read.inputs)?;
+    twice("except", &read.except)?;
     twice("one_hot", &read.one_hot)?;
+    if !read.inputs.is_empty() && !read.except.is_empty() {
+        let message = "`inputs` are columns, and `except` all others".to_owned();
+        return wrong("except", message, "give one of both");
+    }
     let classes: Vec<String> = read.classes.iter().map(|Word(label)| label.clone()).collect();
     twice("classes", &classes)?;
     if read.labels && !classes.is_empty() {

@@ -40,6 +40,7 @@ impl Op for ReadDataset {
     fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
         let bytes = &output(&self.outputs, &self.name)?.bytes[..];
         let choice = Choice {
+            except: Vec::new(),
             inputs: self.inputs.clone(),
             targets: match &self.targets[..] {
                 [] => vec![self.target.clone()],

@@ -6,6 +6,7 @@ use crate::npz;
 fn choice(targets: &[&str]) -> Choice {
     Choice {
         inputs: Vec::new(),
+        except: Vec::new(),
         targets: owned(targets),
         one_hot: Vec::new(),
         classes: Classes::None,
@@ -51,6 +52,26 @@ fn columns_are_inputs_and_targets() {
     let text = "name,x,y\nAnn,1,2\n";
     let named = csv(text, &Choice { inputs: owned(&["x"]), ..choice(&["y"]) }).unwrap();
     assert_eq!(named, Dataset::pairs(vec![1.0], vec![2.0]));
+}
+
+#[test]
+fn all_but_some_are_inputs() {
+    let text = "name,a,b,y,z\nAnn,1,2,3,4\nBob,5,6,7,8\n";
+    let found = |except: &[&str]| csv(text, &Choice { except: owned(except), ..choice(&["y"]) });
+    let two = found(&["z", "name"]).unwrap();
+    assert_eq!((two.form, two.x), (form(&[2], &[], None), vec![1.0, 2.0, 5.0, 6.0]));
+    // A target is no input anyway, so that one list does for several targets.
+    let one = found(&["name", "y", "z", "a"]).unwrap();
+    assert_eq!(one, Dataset::pairs(vec![2.0, 6.0], vec![3.0, 7.0]));
+    let why = |except: &[&str]| found(except).unwrap_err();
+    assert_eq!(why(&["w"]), "it has no column `w`; it has `name`, `a`, `b`, `y`, `z`");
+    assert_eq!(why(&[""]), "it has no column ``; it has `name`, `a`, `b`, `y`, `z`");
+    assert!(why(&["name", "a", "b", "z"]).contains("`except` leaves no input"));
+    assert!(why(&["z"]).contains("name"));
+    let one_hot = Choice { one_hot: owned(&["name"]), ..choice(&["y"]) };
+    assert_eq!(csv(text, &one_hot).unwrap().form.input, [5]);
+    let why = csv(text, &Choice { except: owned(&["name"]), ..one_hot }).unwrap_err();
+    assert_eq!(why, "`name` is of no input: `except` leaves it out");
 }
 
 #[test]
