@@ -237,8 +237,7 @@ impl Artifact for Array {
         }
         let told = self.dims.iter().map(|dim| format!("{} along `{}`", dim.len(), dim.name));
         let told: Vec<String> = told.collect();
-        let why =
-            format!("an array with {} has more labels than are kept", told.join(" and "));
+        let why = format!("an array with {} has more labels than are kept", told.join(" and "));
         Err(OpError::Failed(why))
     }
 

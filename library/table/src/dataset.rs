@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use ivx_data::{Dataset, Form, Names};
 
 use crate::classes::{Classes, Targets, classed};
+use crate::fill::{blank, fill, finite};
 use crate::format::{Format, table};
-use crate::missing::{Gaps, is_no_text};
+use crate::missing::Gaps;
 use crate::table::{Cells, Column, Style, Table, Values, Want, listed};
 
 /// What of a table is an input and what a target.
@@ -20,6 +21,8 @@ pub struct Choice {
     pub targets: Vec<String>,
     /// The inputs of texts, each of which becomes as many numbers as it has different texts.
     pub one_hot: Vec<String>,
+    /// The texts that such inputs may have, whether the file has them or not; by default those of the file.
+    pub categories: BTreeMap<String, Vec<String>>,
     /// What the targets are.
     pub classes: Classes,
     /// What is done with gaps.
@@ -64,6 +67,7 @@ pub fn dataset(
     blank(&mut columns, &choice.classes);
     fill(&mut columns, &targets, choice.gaps)?;
     finite(&columns)?;
+    complete(&mut columns, &choice.categories)?;
     let Targets { shape: target, y, classes, labels } =
         classed(&columns, &targets, &choice.classes)?;
     let (input, x) = side_by_side(&columns, &inputs, &choice.one_hot)?;
@@ -99,18 +103,20 @@ fn names_of(column: &Column) -> Vec<String> {
     }
 }
 
-/// Makes empty what programs write where there is no text, unless it is the name of a class.
-fn blank(table: &mut Table, classes: &Classes) {
-    let is_class = |text: &String| match classes {
-        Classes::Listed(labels) => labels.contains(text),
-        _ => false,
-    };
+/// Adds the texts that inputs may have and the file has not.
+fn complete(table: &mut Table, categories: &BTreeMap<String, Vec<String>>) -> Result<(), String> {
     for column in &mut table.columns {
-        if let Values::Texts(texts, _) = &mut column.values {
-            let gaps = texts.iter_mut().filter(|text| is_no_text(text) && !is_class(text));
-            gaps.for_each(String::clear);
+        let Values::Texts(texts, _) = &mut column.values else { continue };
+        let Some(known) = categories.get(&column.name) else { continue };
+        if let Some(other) = texts.iter().find(|text| !text.is_empty() && !known.contains(text)) {
+            let (name, known) = (&column.name, listed(known));
+            return Err(format!("`{name}` has the text `{other}`, which is none of {known}"));
         }
+        let lacking: Vec<String> =
+            known.iter().filter(|text| !texts.contains(text)).cloned().collect();
+        texts.extend(lacking);
     }
+    Ok(())
 }
 
 impl Choice {
@@ -174,147 +180,6 @@ fn even(table: &Table) -> Result<(), String> {
         if first.len != Some(n) {
             let m = first.len.unwrap_or_default();
             return Err(format!("there are {m} of `{}` and {n} of `{}`", first.name, column.name));
-        }
-    }
-    Ok(())
-}
-
-/// Does with gaps what is asked for.
-///
-/// - `targets`: the places of targets.
-fn fill(table: &mut Table, targets: &[usize], gaps: Gaps) -> Result<(), String> {
-    if gaps == Gaps::Dropped {
-        drop_rows(table);
-        return Ok(());
-    }
-    for (i, column) in table.columns.iter_mut().enumerate() {
-        let width = column.item.iter().product::<usize>().max(1);
-        let leave = "leave such rows out, or say what is done with them by `missing:`";
-        match &mut column.values {
-            Values::Texts(texts, at) => {
-                let gap = at.iter().position(|place| texts[*place as usize].is_empty());
-                if let Some(row) = gap {
-                    let (row, name) = (row + 1, &column.name);
-                    return Err(format!(
-                        "observation {row} has no text in `{name}`: `missing: dropped()` leaves such rows out"
-                    ));
-                }
-            }
-            Values::Numbers(numbers) if all_finite(numbers) => {}
-            Values::Numbers(numbers) => {
-                let Some(gap) = numbers.iter().position(|x| x.is_nan()) else { continue };
-                let (row, name) = (gap / width + 1, &column.name);
-                match gaps {
-                    Gaps::Filled(_) | Gaps::Means if targets.contains(&i) => {
-                        return Err(format!(
-                            "observation {row} has no number in `{name}`, which is a target: `missing: dropped()` leaves such rows out"
-                        ));
-                    }
-                    Gaps::Filled(with) => {
-                        numbers.iter_mut().filter(|x| x.is_nan()).for_each(|x| *x = with);
-                    }
-                    Gaps::Means => means(numbers, width)
-                        .map_err(|()| format!("`{name}` has no number to take the mean of"))?,
-                    Gaps::Refused | Gaps::Dropped => {
-                        return Err(format!(
-                            "observation {row} has NaN in `{name}`, which is no number: {leave}"
-                        ));
-                    }
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Whether all numbers are finite: without a branch each, since of many rows almost all are.
-fn all_finite(numbers: &[f64]) -> bool {
-    numbers.iter().fold(true, |all, x| all & x.is_finite())
-}
-
-/// Puts the mean of its place in the row in the place of each gap.
-fn means(numbers: &mut [f64], width: usize) -> Result<(), ()> {
-    for i in 0..width {
-        let own = || numbers.iter().skip(i).step_by(width).filter(|x| !x.is_nan());
-        #[expect(clippy::cast_precision_loss, reason = "rows are far below 2^53")]
-        let n = own().count() as f64;
-        let mean = own().sum::<f64>() / n;
-        if mean.is_nan() {
-            return Err(());
-        }
-        let own = numbers.iter_mut().skip(i).step_by(width);
-        own.filter(|x| x.is_nan()).for_each(|x| *x = mean);
-    }
-    Ok(())
-}
-
-/// Leaves out the rows in which something is missing.
-fn drop_rows(table: &mut Table) {
-    let n = table.columns.first().and_then(|column| column.len).unwrap_or_default();
-    let mut kept = vec![true; n];
-    for column in &table.columns {
-        let width = column.item.iter().product::<usize>().max(1);
-        match &column.values {
-            Values::Numbers(numbers) => {
-                for (kept, row) in kept.iter_mut().zip(numbers.chunks(width)) {
-                    *kept &= !row.iter().any(|x| x.is_nan());
-                }
-            }
-            Values::Texts(texts, at) => {
-                for (kept, place) in kept.iter_mut().zip(at) {
-                    *kept &= !texts[*place as usize].is_empty();
-                }
-            }
-        }
-    }
-    if kept.iter().all(|kept| *kept) {
-        return;
-    }
-    let n = kept.iter().filter(|kept| **kept).count();
-    for column in &mut table.columns {
-        let width = column.item.iter().product::<usize>().max(1);
-        column.len = Some(n);
-        match &mut column.values {
-            Values::Numbers(numbers) => {
-                let rows = numbers.chunks(width).zip(&kept).filter(|(_, kept)| **kept);
-                *numbers = rows.flat_map(|(row, _)| row.iter().copied()).collect();
-            }
-            Values::Texts(texts, at) => {
-                let rows = at.iter().zip(&kept).filter(|(_, kept)| **kept);
-                *at = rows.map(|(place, _)| *place).collect();
-                forget(texts, at);
-            }
-        }
-    }
-}
-
-/// Leaves out texts that no row has.
-fn forget(texts: &mut Vec<String>, at: &mut [u32]) {
-    let mut place = vec![None; texts.len()];
-    let mut kept = Vec::new();
-    for at in at {
-        let own = *at as usize;
-        *at = *place[own].get_or_insert_with(|| {
-            kept.push(texts[own].clone());
-            u32::try_from(kept.len() - 1).expect("there are fewer than before")
-        });
-    }
-    *texts = kept;
-}
-
-/// Whether all numbers are finite.
-fn finite(table: &Table) -> Result<(), String> {
-    for Column { name, item, values, .. } in &table.columns {
-        let Values::Numbers(numbers) = values else { continue };
-        if all_finite(numbers) {
-            continue;
-        }
-        if let Some(i) = numbers.iter().position(|x| !x.is_finite()) {
-            let row = 1 + i / item.iter().product::<usize>().max(1);
-            let x = numbers[i];
-            return Err(format!(
-                "observation {row} has {x} in `{name}`: a data set has finite numbers"
-            ));
         }
     }
     Ok(())

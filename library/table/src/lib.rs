@@ -4,6 +4,7 @@ mod array;
 mod classes;
 mod columns;
 mod dataset;
+mod fill;
 mod folds;
 mod format;
 pub mod json;

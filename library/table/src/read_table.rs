@@ -2,8 +2,8 @@
 
 use ivx_data::{Dataset, Form};
 use ivx_op::{
-    Args, Content, Ctx, Facts, File, Literal as _, Needs, Op, OpError, Part, Shapes, Word, Wrong,
-    declare,
+    Args, Content, Ctx, Facts, Fields, File, Lit, Literal as _, Needs, Op, OpError, Part, Shapes,
+    Word, Wrong, declare,
 };
 
 use crate::classes::Classes;
@@ -37,6 +37,9 @@ declare! {
         /// The inputs that hold texts: each becomes as many numbers as it has different texts, in sorted order, of which
         /// one is 1 and the others are 0.
         one_hot: Vec<String> = Vec::<i64>::new();
+        /// The texts that such inputs may have, such as `(colour: ["green", "red"])`, so that files of which each has some
+        /// of them are read alike; by default those of the file.
+        categories: Fields = Part::default();
         /// What becomes of rows in which something is missing.
         missing: Box<dyn Missing> = Part::new("refused");
         /// What stands between cells of text; by default a comma, in `.tsv` a tab.
@@ -75,6 +78,7 @@ impl ReadTable {
                 one => vec![one.to_owned()],
             },
             one_hot: self.one_hot.clone(),
+            categories: self.categories.0.iter().filter_map(texts).collect(),
             classes: match (self.labels, self.classes.is_empty()) {
                 (_, false) => Classes::Listed(listed()),
                 (true, true) => Classes::Sorted,
@@ -95,6 +99,7 @@ impl ReadTable {
             classes: facts.arg("classes")?,
             labels: facts.arg("labels")?,
             one_hot: facts.arg("one_hot")?,
+            categories: facts.arg("categories")?,
             missing: facts.arg("missing")?,
             separator: facts.arg("separator")?,
             header: facts.arg("header")?,
@@ -136,6 +141,20 @@ fn is_table(facts: &Facts<'_>) -> Result<(), Wrong> {
     twice("inputs", &read.inputs)?;
     twice("except", &read.except)?;
     twice("one_hot", &read.one_hot)?;
+    for (name, said) in &read.categories.0 {
+        if !read.one_hot.contains(name) {
+            let message = format!("`categories` has `{name}`, which is no input of texts");
+            return wrong("categories", message, "name it in `one_hot` too");
+        }
+        if texts((name, said)).is_none() {
+            let message = format!("the texts of `{name}` are a list of texts");
+            return wrong(
+                "categories",
+                message,
+                "write `categories: (colour: [\"green\", \"red\"])`",
+            );
+        }
+    }
     if !read.inputs.is_empty() && !read.except.is_empty() {
         let message = "`inputs` are columns, and `except` all others".to_owned();
         return wrong("except", message, "give one of both");
@@ -163,6 +182,16 @@ fn is_table(facts: &Facts<'_>) -> Result<(), Wrong> {
         let help = "mend the file, or say otherwise how it is to be read: `docs/data.md`";
         wrong("file", format!("`{name}` is not as expected: {why}"), help)
     })
+}
+
+/// A name with a list of texts.
+fn texts((name, said): (&String, &Lit)) -> Option<(String, Vec<String>)> {
+    let Lit::List(items) = said else { return None };
+    let text = |item: &Lit| match item {
+        Lit::Text(text) => Some(text.clone()),
+        _ => None,
+    };
+    Some((name.clone(), items.iter().map(text).collect::<Option<_>>()?))
 }
 
 fn twice(arg: &'static str, names: &[String]) -> Result<(), Wrong> {

@@ -13,7 +13,7 @@ declare! {
     /// `.safetensors` with arrays whose first dimension counts the observations. Inputs are numbers, vectors, sequences
     /// of `[steps, length]` or images of `[channels, rows, columns]`; targets are numbers, vectors or sequences. Several
     /// columns are a vector.
-    pub struct ReadDataset = "read_dataset" @ 4 -> Dataset {
+    pub struct ReadDataset = "read_dataset" @ 5 -> Dataset {
         /// What `command` left behind.
         outputs: One<Outputs>;
         /// The file's name.
@@ -47,6 +47,7 @@ impl Op for ReadDataset {
                 several => several.to_vec(),
             },
             one_hot: Vec::new(),
+            categories: std::collections::BTreeMap::new(),
             classes: match self.classes {
                 0 => Classes::None,
                 n => Classes::Indices(n),

@@ -9,6 +9,7 @@ fn choice(targets: &[&str]) -> Choice {
         except: Vec::new(),
         targets: owned(targets),
         one_hot: Vec::new(),
+        categories: BTreeMap::new(),
         classes: Classes::None,
         gaps: Gaps::Refused,
     }
@@ -213,6 +214,19 @@ fn names_tell_files_apart() {
     let texts = differ(("c,y\nred,1\ngreen,2\n", "c,y\nred,1\nyellow,2\n"), &coloured);
     let why = "number 1 of the inputs is `c=green` to the model and `c=red` in the data";
     assert_eq!(texts, Err(why.to_owned()));
+}
+
+/// Files of which each has some of the texts are read alike where the texts are said.
+#[test]
+fn texts_of_two_files_are_said() {
+    let categories = BTreeMap::from([("c".to_owned(), owned(&["red", "green", "blue"]))]);
+    let said = Choice { one_hot: owned(&["c"]), categories, ..choice(&["y"]) };
+    let (one, other) =
+        (csv("c,y\nred,1\ngreen,2\n", &said).unwrap(), csv("c,y\nblue,1\nred,2\n", &said).unwrap());
+    assert_eq!(one.x, [0.0, 0.0, 1.0, 0.0, 1.0, 0.0]);
+    assert_eq!(other.x, [1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let why = csv("c,y\nyellow,1\n", &said).unwrap_err();
+    assert_eq!(why, "`c` has the text `yellow`, which is none of `red`, `green`, `blue`");
 }
 
 #[test]
