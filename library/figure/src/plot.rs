@@ -1,8 +1,10 @@
 //! Layers put together in one figure.
 
+use std::mem::discriminant;
+
 use ivx_op::{Ctx, Everything, Facts, Figure, Many, Op, OpError, Wrong, declare};
 
-use super::drawing::{Axis, Drawing};
+use super::drawing::{Axis, Drawing, Series, Stroke};
 use super::layer::Layer;
 use super::log::{known_scales, scaled};
 use super::range::{known_range, range};
@@ -11,7 +13,8 @@ use super::render::render;
 declare! {
     /// Layers in one figure, later ones over earlier ones.
     ///
-    /// Series of one label share colour, marker and legend entry, whichever layer they are of.
+    /// Series of one label share colour, marker and legend entry, whichever layer they are of: a curve and its band, or
+    /// many thin lines. Two curves that could not be told apart are refused.
     pub struct Plot = "plot" @ 2 -> Figure {
         /// What `curve`, `band`, `points` and `level` made.
         layers: Many<Everything<Layer>>;
@@ -39,10 +42,38 @@ fn known_axes(facts: &Facts<'_>) -> Result<(), Wrong> {
 impl Op for Plot {
     fn run(&self, _: &Ctx) -> Result<Figure, OpError> {
         let layers: Vec<&Layer> = self.layers.0.iter().flat_map(|port| &port.0.values).collect();
+        told_apart(&layers)?;
         let mut drawing = drawing(&layers, &self.title, &self.x_label, &self.y_label);
         drawing.y.range = range(&self.y_range, &self.y_scale).map_err(OpError::Failed)?;
         Ok(render(&scaled(drawing, &self.x_scale, &self.y_scale)?))
     }
+}
+
+/// Whether no two layers have lines that look alike.
+fn told_apart(layers: &[&Layer]) -> Result<(), OpError> {
+    for (i, layer) in layers.iter().enumerate() {
+        let earlier = || layers[..i].iter().flat_map(|layer| &layer.series);
+        let alike = |series: &&Series| earlier().any(|other| alike(series, other));
+        if let Some(Series { label, .. }) = layer.series.iter().find(alike) {
+            let message = format!(
+                "two layers have lines of the label `{label}`: give one another by `label:`"
+            );
+            return Err(OpError::Failed(message));
+        }
+    }
+    Ok(())
+}
+
+/// Whether nobody could say of which of two series a line is.
+fn alike(one: &Series, other: &Series) -> bool {
+    let meet = one.panel == other.panel || one.panel.is_empty() || other.panel.is_empty();
+    let lines = |series: &Series| {
+        let bold =
+            series.marks.iter().filter_map(|mark| Some((discriminant(mark), mark.stroke()?)));
+        bold.filter(|(_, stroke)| *stroke != Stroke::Thin).collect::<Vec<_>>()
+    };
+    let same = || lines(one).iter().any(|line| lines(other).contains(line));
+    !one.label.is_empty() && one.label == other.label && meet && same()
 }
 
 /// The layers as one drawing; empty axis labels are filled from the layers.
@@ -106,5 +137,31 @@ mod tests {
         assert_eq!((found.matches("<polyline").count(), found.matches("<polygon").count()), (2, 2));
         let cut = plot(layers(), vec![0.0, 0.5]).unwrap();
         assert!(cut.contains(">0.5<") && !cut.contains(">8<"));
+    }
+
+    #[test]
+    fn lines_that_look_alike_are_refused() {
+        let line = |stroke| Mark::Line(stroke, vec![(0.0, 0.0), (1.0, 8.0)]);
+        let (solid, thin) = (line(Stroke::Solid), line(Stroke::Thin));
+        let of = |label: &str, mark: &Mark| layer(label, "x", mark.clone());
+        let check = |one: Layer, other: Layer| plot(vec![one, other], vec![]);
+        let why = check(of("a", &solid), of("a", &solid)).unwrap_err().to_string();
+        assert_eq!(why, "two layers have lines of the label `a`: give one another by `label:`");
+        // Those without a label have looks of their own.
+        for (one, other) in [("a", "b"), ("", "")] {
+            assert!(check(of(one, &solid), of(other, &solid)).is_ok());
+        }
+        let level = Mark::Level(Stroke::Dashed, 1.0);
+        let band = Mark::Band(vec![(0.0, 1.0, 2.0)]);
+        for mark in [&line(Stroke::Dashed), &level, &band, &thin] {
+            assert!(check(of("a", &solid), of("a", mark)).is_ok(), "{mark:?}");
+        }
+        assert!(check(of("a", &level), of("a", &level)).is_err());
+        assert!(check(of("a", &thin), of("a", &thin)).is_ok());
+        let [mut p, mut q] = [of("a", &solid), of("a", &solid)];
+        p.series[0].panel = "p".into();
+        assert!(check(p.clone(), q.clone()).is_err());
+        q.series[0].panel = "q".into();
+        assert!(check(p, q).is_ok());
     }
 }

@@ -1,7 +1,9 @@
 //! Columns of Apache Parquet.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
 
 use arrow_array::cast::AsArray as _;
 use arrow_array::{
@@ -24,8 +26,28 @@ const ROWS: usize = 8192;
 /// What is wrong with it.
 pub(crate) fn read(bytes: &[u8], choose: &mut Choose<'_>) -> Result<Table, String> {
     // Of a damaged file the crate may panic. What it was reading is dropped then.
-    let read = catch_unwind(AssertUnwindSafe(|| whole(bytes, choose)));
-    read.unwrap_or_else(|_| Err("it is a damaged Parquet file".to_owned()))
+    quietly(|| whole(bytes, choose))
+        .unwrap_or_else(|| Err("it is a damaged Parquet file".to_owned()))
+}
+
+/// What a function returns; none if it panics, of which nothing is printed.
+fn quietly<T>(of: impl FnOnce() -> T) -> Option<T> {
+    thread_local! {
+        static QUIET: Cell<bool> = const { Cell::new(false) };
+    }
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let tell = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                tell(panic);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let done = catch_unwind(AssertUnwindSafe(of));
+    QUIET.set(false);
+    done.ok()
 }
 
 fn whole(bytes: &[u8], choose: &mut Choose<'_>) -> Result<Table, String> {
@@ -149,88 +171,4 @@ fn numbers(array: &dyn Array) -> Result<Vec<f64>, String> {
         .unwrap_or_else(|| {
             Err(format!("holds {}; numbers, truths and texts are read", array.data_type()))
         })
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch};
-    use parquet::arrow::ArrowWriter;
-    use parquet::basic::Compression;
-    use parquet::file::properties::WriterProperties;
-
-    use super::*;
-
-    fn written(columns: Vec<(&str, ArrayRef)>, compression: Compression) -> Vec<u8> {
-        let columns = columns.into_iter().map(|(name, array)| (name, array, true));
-        let batch = RecordBatch::try_from_iter_with_nullable(columns).unwrap();
-        let properties = WriterProperties::builder().set_compression(compression).build();
-        let mut bytes = Vec::new();
-        let mut writer =
-            ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties)).unwrap();
-        writer.write(&batch).unwrap();
-        writer.close().unwrap();
-        bytes
-    }
-
-    #[expect(clippy::unnecessary_wraps, reason = "a choice may be refused")]
-    fn all(names: &[String]) -> Result<Vec<Want>, String> {
-        Ok(vec![Want::Numbers; names.len()])
-    }
-
-    fn toy(compression: Compression) -> Vec<u8> {
-        let columns: Vec<(&str, ArrayRef)> = vec![
-            ("x", Arc::new(Float64Array::from(vec![Some(0.1), None, Some(3.0)]))),
-            ("n", Arc::new(Int64Array::from(vec![1, -2, 3]))),
-            ("b", Arc::new(BooleanArray::from(vec![true, false, true]))),
-            ("t", Arc::new(StringArray::from(vec![Some("u"), None, Some("u")]))),
-        ];
-        written(columns, compression)
-    }
-
-    #[test]
-    fn numbers_truths_and_texts_are_read() {
-        for compression in [Compression::UNCOMPRESSED, Compression::SNAPPY] {
-            let table = read(&toy(compression), &mut all).unwrap();
-            let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
-            assert_eq!(names, ["x", "n", "b", "t"]);
-            let Values::Numbers(x) = &table.columns[0].values else { panic!("numbers") };
-            assert!(x[0] == 0.1 && x[1].is_nan() && x[2] == 3.0);
-            assert_eq!(table.columns[1].values, Values::Numbers(vec![1.0, -2.0, 3.0]));
-            assert_eq!(table.columns[2].values, Values::Numbers(vec![1.0, 0.0, 1.0]));
-            let texts = ["u", ""].map(str::to_owned).to_vec();
-            assert_eq!(table.columns[3].values, Values::Texts(texts, vec![0, 1, 0]));
-        }
-    }
-
-    #[test]
-    fn only_what_is_wanted_is_read() {
-        let mut choose =
-            |_: &[String]| Ok(vec![Want::Nothing, Want::Numbers, Want::Nothing, Want::Texts]);
-        let table = read(&toy(Compression::SNAPPY), &mut choose).unwrap();
-        let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
-        assert_eq!(names, ["n", "t"]);
-    }
-
-    #[test]
-    fn what_is_no_table_of_numbers_is_told() {
-        let large: ArrayRef = Arc::new(Int64Array::from(vec![i64::MAX]));
-        let why = read(&written(vec![("n", large)], Compression::UNCOMPRESSED), &mut all);
-        assert!(why.unwrap_err().contains("`n` holds 9223372036854775807"));
-        assert!(read(b"PAR1", &mut all).unwrap_err().contains("no Parquet file"));
-    }
-
-    #[test]
-    fn every_flipped_byte_and_every_cut_is_an_error_or_harmless() {
-        let bytes = toy(Compression::SNAPPY);
-        for i in 0..bytes.len() {
-            for flip in [0xff, 0x01, 0x80] {
-                let mut flipped = bytes.clone();
-                flipped[i] ^= flip;
-                drop(read(&flipped, &mut all));
-            }
-            assert!(read(&bytes[..i], &mut all).is_err(), "cut at {i}");
-        }
-    }
 }
