@@ -40,6 +40,7 @@ fn net() -> NetModel {
         net: Box::new(Mlp { hidden: vec![3, 2], activation: Box::new(Tanh {}) }),
         prior: Box::new(Normal { mean: 0.0, std: 1.0 }),
         loss: Box::new(Squared { noise: 0.1 }),
+        adversarial: 0.0,
         batch: 0,
         optimiser: Box::new(Adam {
             lr: Box::new(Constant { value: 0.01 }),
