@@ -111,6 +111,13 @@ fn a_registered_claim_that_changes_is_told() {
     let said = project.run("claims", "e.ivx", &["--since", &at]);
     assert_eq!((said.code, said.out.trim()), (0, "no claim, threshold or parameter changed"));
 
+    // Where lines are broken is no part of a claim.
+    let broken = "e.far on par\n    with 0.0 within(\n        0.001,\n        \"the width of a line\",\n    )";
+    let whole = "e.far on par with 0.0 within(0.001, \"the width of a line\")";
+    project.write("e.ivx", &SPEC.replace(whole, broken));
+    let said = project.run("claims", "e.ivx", &["--since", &at]);
+    assert_eq!((said.code, said.out.trim()), (0, "no claim, threshold or parameter changed"));
+
     // A lock of another name beside the spec is the one that is read.
     project.write("other.lock", "no lock");
     let other = project.path("other.lock").display().to_string();

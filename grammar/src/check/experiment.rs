@@ -170,11 +170,24 @@ impl<'a> Checker<'a> {
         Experiment { name, ..done }
     }
 
-    /// The source text of a stretch on one line, without comments.
+    /// The source text of a stretch on one line, without comments, wherever its lines were broken.
     fn source(&self, span: Span) -> String {
         let text = self.source.text(span).unwrap_or_default();
         let plain = text.lines().map(|line| &line[..comment(line).unwrap_or(line.len())]);
-        plain.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
+        let mut all = String::new();
+        for line in plain {
+            let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
+            if line.starts_with([')', ']', '}']) && all.ends_with(',') {
+                all.pop();
+            }
+            let close = all.is_empty()
+                || line.is_empty()
+                || all.ends_with(['(', '['])
+                || line.starts_with([')', ']', ',']);
+            all += if close { "" } else { " " };
+            all += &line;
+        }
+        all
     }
 
     fn twice(&mut self, title: &Spanned<String>, first: Span) {
