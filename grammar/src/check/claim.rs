@@ -191,8 +191,10 @@ impl<'a> Checker<'a> {
             lacking.join("`, `")
         );
         let fault = Diagnostic::new(Code::ClaimAxes, less.span, message, "does not vary over it");
-        let help =
-            format!("select or reduce on the other side: `mean(x, over: {})`", lacking.join(", "));
+        let over = lacking.join(", ");
+        let help = format!(
+            "select or reduce on the other side: `mean(x, over: {over})`, or `min` or `max` for the worst"
+        );
         self.fault(fault.also(more.span, "varies over it").help(help));
         false
     }

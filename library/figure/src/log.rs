@@ -55,13 +55,12 @@ pub(super) fn scaled(mut drawing: Drawing, x: &str, y: &str) -> Result<Drawing, 
                     (*x, *low, *high) = (along_x(*x), along_y(*low), along_y(*high));
                 }
             }
-            Mark::Level(_, y) => *y = along_y(*y),
+            Mark::Level(_, y) | Mark::Text(_, y, _) => *y = along_y(*y),
             Mark::Upright(_, x) => *x = along_x(*x),
             Mark::Bar { y, whisker, .. } => {
                 *y = along_y(*y);
                 *whisker = whisker.map(|(low, high)| (along_y(low), along_y(high)));
             }
-            Mark::Text(_, y, _) => *y = along_y(*y),
             // Nothing else is drawn by what has scales.
             _ => {}
         }
