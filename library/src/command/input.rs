@@ -135,7 +135,7 @@ mod tests {
         let data = Dataset::pairs(vec![0.1, -2.0], vec![1e-9, 3.0]);
         assert_eq!(written(&data, "a.csv").unwrap(), b"x,y\n0.1,1e-9\n-2.0,3.0\n");
         assert_eq!(written(&data, "a.safetensors").unwrap(), data.encode());
-        let form = Form { input: vec![2, 1], target: vec![1], classes: None };
+        let form = Form { input: vec![2, 1], target: vec![1], classes: None, ..Form::default() };
         let vectors = Dataset { form, x: vec![1.0, 2.0, 3.0, 4.0], y: vec![5.0, 6.0] };
         let expected = b"x0,x1,y0\n1.0,2.0,5.0\n3.0,4.0,6.0\n";
         assert_eq!(written(&vectors, "a.csv").unwrap(), expected);
