@@ -172,22 +172,7 @@ impl<'a> Checker<'a> {
 
     /// The source text of a stretch on one line, without comments, wherever its lines were broken.
     fn source(&self, span: Span) -> String {
-        let text = self.source.text(span).unwrap_or_default();
-        let plain = text.lines().map(|line| &line[..comment(line).unwrap_or(line.len())]);
-        let mut all = String::new();
-        for line in plain {
-            let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
-            if line.starts_with([')', ']', '}']) && all.ends_with(',') {
-                all.pop();
-            }
-            let close = all.is_empty()
-                || line.is_empty()
-                || all.ends_with(['(', '['])
-                || line.starts_with([')', ']', ',']);
-            all += if close { "" } else { " " };
-            all += &line;
-        }
-        all
+        on_one_line(self.source.text(span).unwrap_or_default())
     }
 
     fn twice(&mut self, title: &Spanned<String>, first: Span) {
@@ -290,6 +275,24 @@ fn is_device(name: &str) -> bool {
     matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT")
 }
 
+/// A text as it would read without line breaks and comments, so that its layout says nothing.
+fn on_one_line(text: &str) -> String {
+    let mut whole = String::new();
+    for line in text.lines() {
+        let line = &line[..comment(line).unwrap_or(line.len())];
+        let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
+        if line.starts_with([')', ']', '}']) && whole.ends_with(',') {
+            whole.pop();
+        }
+        let joined = whole.ends_with(['(', '[']) || line.starts_with([')', ']']);
+        if !whole.is_empty() && !line.is_empty() && !joined {
+            whole.push(' ');
+        }
+        whole += &line;
+    }
+    whole
+}
+
 /// Where a comment begins in a line, if there is one outside of strings.
 fn comment(line: &str) -> Option<usize> {
     let (mut quoted, mut escaped) = (false, false);
@@ -306,6 +309,15 @@ fn comment(line: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn line_breaks_leave_no_trace() {
+        let check = |text: &str, expected: &str| assert_eq!(on_one_line(text), expected);
+        check("a[\n    k: 1]\n    <= f(\n  b,   c)  // why\n\n", "a[k: 1] <= f(b, c)");
+        check("a[k: [\n  1,\n  2,   // two\n]]", "a[k: [1, 2]]");
+        check("match k {\n  1: a,\n}\n  < b", "match k { 1: a } < b");
+        check("a // (\n < b", "a < b");
+    }
 
     #[test]
     fn comments_begin_outside_of_strings() {

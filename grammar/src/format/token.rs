@@ -155,7 +155,9 @@ fn settle_on_par(tokens: &mut [Token<'_>]) {
     let from = tokens.len().saturating_sub(3);
     let words = &mut tokens[from..];
     if words.iter().map(|token| token.text).eq(["on", "par", "with"]) {
-        words.iter_mut().for_each(|token| token.kind = Kind::Operator(0));
+        for token in words {
+            token.kind = Kind::Operator(0);
+        }
     }
 }
 

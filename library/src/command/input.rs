@@ -49,13 +49,12 @@ impl Input for AsFile {
             (_, "safetensors") => bytes.clone(),
             (Dataset::KIND, "csv" | "npz") => {
                 let data = Dataset::decode(bytes).ok_or_else(|| read(&kind))?;
-                match extension {
-                    "csv" => csv_of(&data),
-                    _ => {
-                        let of = |item: &[usize]| [&[data.len()], item].concat();
-                        let (x, y) = (of(&data.form.input), of(&data.form.target));
-                        npz::write(&[("x", &x, &data.x), ("y", &y, &data.y)])
-                    }
+                if extension == "csv" {
+                    csv_of(&data)
+                } else {
+                    let of = |item: &[usize]| [&[data.len()], item].concat();
+                    let (x, y) = (of(&data.form.input), of(&data.form.target));
+                    npz::write(&[("x", &x, &data.x), ("y", &y, &data.y)])
                 }
             }
             (Array::KIND, "json") => json_of(&Array::decode(bytes).ok_or_else(|| read(&kind))?),
