@@ -12,7 +12,7 @@ use super::render::render;
 
 declare! {
     /// A figure of `y` along `x`: short for `plot(curve(y, x: x, by: by))`.
-    pub struct Lines = "lines" @ 4 -> Figure {
+    pub struct Lines = "lines" @ 5 -> Figure {
         /// The heights.
         y: Everything<Array>;
         /// An axis or dimension whose labels are numbers.

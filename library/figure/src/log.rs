@@ -29,7 +29,7 @@ pub(super) fn known_scales(facts: &Facts<'_>) -> Result<(), Wrong> {
 }
 
 /// The drawing with the scales asked for: along a logarithmic axis marks lie at the logarithms to base 10 of where they
-/// lie, and what is not above 0 lies nowhere.
+/// lie, and what is not above 0 lies nowhere. The label of the axis says how many points are left out so.
 ///
 /// # Errors
 /// If there is no such scale.
@@ -42,11 +42,14 @@ pub(super) fn scaled(mut drawing: Drawing, x: &str, y: &str) -> Result<Drawing, 
         value if value <= 0.0 => f64::NEG_INFINITY,
         value => value.log10(),
     };
+    let mut left_out = (0, 0);
     let (along_x, along_y) = (|x: f64| along(logs.0, x), |y: f64| along(logs.1, y));
     for mark in drawing.series.iter_mut().flat_map(|series| &mut series.marks) {
         match mark {
             Mark::Line(_, points) | Mark::Points(points) => {
                 for (x, y) in points {
+                    left_out.0 += usize::from(logs.0 && *x <= 0.0);
+                    left_out.1 += usize::from(logs.1 && *y <= 0.0);
                     (*x, *y) = (along_x(*x), along_y(*y));
                 }
             }
@@ -63,6 +66,12 @@ pub(super) fn scaled(mut drawing: Drawing, x: &str, y: &str) -> Result<Drawing, 
             }
             // Nothing else is drawn by what has scales.
             _ => {}
+        }
+    }
+    for (axis, n) in [(&mut drawing.x, left_out.0), (&mut drawing.y, left_out.1)] {
+        if n > 0 {
+            let blank = if axis.label.is_empty() { "" } else { " " };
+            axis.label += &format!("{blank}({n} at or below 0 left out)");
         }
     }
     let ends = |log: bool, (low, high): (f64, f64)| (along(log, low), along(log, high));
@@ -112,6 +121,10 @@ mod tests {
         let line = Mark::Line(Stroke::Solid, vec![(0.01, 100.0), (0.0, 10.0), (1.0, -1.0)]);
         let series = vec![Series { marks: vec![line], ..Series::default() }];
         let drawing = Drawing { series, ..Drawing::default() };
+        let labels = scaled(drawing.clone(), "log", "log").unwrap();
+        assert_eq!(labels.x.label, "(1 at or below 0 left out)");
+        assert_eq!(labels.y.label, "(1 at or below 0 left out)");
+        assert_eq!(scaled(drawing.clone(), "linear", "linear").unwrap().x.label, "");
         let marks = |x: &str, y: &str| {
             let found = scaled(drawing.clone(), x, y).unwrap();
             found.series[0].marks[0].clone()

@@ -15,7 +15,7 @@ declare! {
     ///
     /// Series of one label share colour, marker and legend entry, whichever layer they are of: a curve and its band, or
     /// many thin lines. Two curves that could not be told apart are refused.
-    pub struct Plot = "plot" @ 2 -> Figure {
+    pub struct Plot = "plot" @ 3 -> Figure {
         /// What `curve`, `band`, `points` and `level` made.
         layers: Many<Everything<Layer>>;
         /// Above the panel.

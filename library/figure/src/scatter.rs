@@ -11,7 +11,7 @@ use super::render::render;
 declare! {
     /// A point at `(x, y)` for each label of all that the two vary over, which must be the same; over `seed`,
     /// at the two means.
-    pub struct Scatter = "scatter" @ 3 -> Figure {
+    pub struct Scatter = "scatter" @ 4 -> Figure {
         /// How far to the right.
         x: Everything<Array>;
         /// How far up.
