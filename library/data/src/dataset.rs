@@ -126,6 +126,9 @@ impl Dataset {
     }
 }
 
+/// What the array of names is called.
+const NAMES: &str = "names";
+
 impl Artifact for Dataset {
     const KIND: &'static str = "Dataset";
 
@@ -135,16 +138,23 @@ impl Artifact for Dataset {
             Data::F64(shape, values.to_vec())
         };
         let (x, y) = (column(&self.form.input, &self.x), column(&self.form.target, &self.y));
-        let arrays = [("x".to_owned(), x), ("y".to_owned(), y)];
-        Tensors { arrays: arrays.into() }.encode(Self::KIND, &self.form.classes)
+        let mut tensors = Tensors { arrays: [("x".to_owned(), x), ("y".to_owned(), y)].into() };
+        if !self.form.names.are_none() {
+            let names = ron::to_string(&self.form.names).expect("names are plain data");
+            tensors.arrays.insert(NAMES.to_owned(), Data::bytes(names.into_bytes()));
+        }
+        tensors.encode(Self::KIND, &self.form.classes)
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (mut tensors, classes) = Tensors::decode(Self::KIND, bytes)?;
         let ((of_x, x), (of_y, y)) = (tensors.f64("x")?, tensors.f64("y")?);
         let ((n, input), (m, target)) = (of_x.split_first()?, of_y.split_first()?);
-        let form =
-            Form { input: input.to_vec(), target: target.to_vec(), classes, ..Form::default() };
+        let names = match tensors.arrays.contains_key(NAMES) {
+            true => ron::de::from_bytes(&tensors.u8(NAMES)?.1).ok()?,
+            false => Names::default(),
+        };
+        let form = Form { input: input.to_vec(), target: target.to_vec(), classes, names };
         (n == m).then_some(Self { form, x, y })
     }
 }
@@ -160,7 +170,10 @@ mod tests {
             Form { input: vec![1, 1, 2], target: vec![], classes: Some(4), ..Form::default() };
         let images =
             Dataset { form, x: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], y: vec![3.0, 0.0, 1.0] };
-        for data in [&pairs, &images, &Dataset::default()] {
+        let mut named = images.clone();
+        named.form.names =
+            Names { inputs: vec!["a".into(), "b,\n".into()], classes: vec!["é\"".into()] };
+        for data in [&pairs, &images, &named, &Dataset::default()] {
             assert_eq!(Dataset::decode(&data.encode()).as_ref(), Some(data));
         }
         for data in [&pairs, &images] {
