@@ -89,3 +89,41 @@ fn dimensions_get_new_names() {
     check("i", &["`0` is a list of 2 and no number"]);
     check("1", &["write `dims: [row, column]`"]);
 }
+
+/// What a model learnt from goes with it: columns in another order and classes of other labels are told, with the cache
+/// between.
+#[test]
+fn a_model_is_not_measured_on_other_columns_or_classes() {
+    let spec = |labels: &str| {
+        let read = |file: &str| {
+            format!("standardised(read_table(\"{file}\", target: \"y\"{labels}), by: one)")
+        };
+        format!(
+            "edition \"2026\"\nexperiment e {{\n    let one = read_table(\"a.csv\", target: \"y\"{labels})\n    \
+             measure m = rmse(train(knn(k: 1), on: split({}, test: 0.5).train), on: {})\n}}\n",
+            read("a.csv"),
+            read("b.csv")
+        )
+    };
+    let columns = Project::with(&[
+        ("e.ivx", &spec("")),
+        ("a.csv", "p,q,y\n1,2,3\n4,5,9\n"),
+        ("b.csv", "q,p,y\n2,1,3\n5,4,9\n"),
+    ]);
+    let said = columns.run("exec", "e.ivx", &[]);
+    let why = "number 1 of the inputs is `p` to the model and `q` in the data";
+    assert!(said.code != 0 && said.err.contains(why), "{}{}", said.out, said.err);
+
+    let labelled = spec(", labels: true").replace("rmse(", "accuracy(");
+    let classes = Project::with(&[
+        ("e.ivx", &labelled),
+        ("a.csv", "x,y\n1,cat\n2,cat\n11,dog\n12,dog\n"),
+        ("b.csv", "x,y\n10,dog\n11,dog\n13,fox\n"),
+    ]);
+    let said = classes.run("exec", "e.ivx", &[]);
+    let why = "number 1 of the classes is `cat` to the model and `dog` in the data";
+    assert!(said.code != 0 && said.err.contains(why), "{}{}", said.out, said.err);
+    let listed = ", classes: [\"cat\", \"dog\", \"fox\"]";
+    classes.write("e.ivx", &labelled.replace(", labels: true", listed));
+    assert_eq!(classes.run("exec", "e.ivx", &[]).code, 0);
+}
