@@ -11,6 +11,7 @@ mod finite;
 mod glyphs;
 mod grid;
 mod grids;
+mod highway;
 mod interval;
 mod intervals;
 mod lanes;

@@ -1,0 +1,17 @@
+//! Driving among others: the highway and the roundabout of highway-env (Leurent, 2018, "An Environment for Autonomous
+//! Driving Decision-Making"), and what chapter 4 of the thesis makes of them (§B.1.1, §B.1.2).
+//!
+//! Two releases are replayed, that of 2021 and 1.12.1: with the cars of a recorded episode each frame is that of the
+//! original.
+
+mod collision;
+mod driver;
+mod lane;
+mod network;
+mod release;
+#[cfg(test)]
+mod replay;
+mod roads;
+mod steering;
+mod traffic;
+mod vehicle;
