@@ -4,14 +4,22 @@
 //! Two releases are replayed, that of 2021 and 1.12.1: with the cars of a recorded episode each frame is that of the
 //! original.
 
+mod choices;
 mod collision;
 mod driver;
+mod episode;
 mod lane;
 mod network;
+mod on_highway;
+mod on_roundabout;
 mod release;
 #[cfg(test)]
 mod replay;
 mod roads;
+mod seen;
 mod steering;
 mod traffic;
 mod vehicle;
+
+pub use on_highway::Highway;
+pub use on_roundabout::Roundabout;

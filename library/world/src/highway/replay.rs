@@ -6,13 +6,16 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::driver::Driver;
+use super::episode::single;
 use super::lane::Point;
 use super::network::{Leg, Network, Route};
 use super::release::Release;
 use super::roads::{highway, roundabout};
+use super::seen::Sight;
 use super::steering::{Cruise, Meta};
 use super::traffic::Traffic;
 use super::vehicle::{DT, Pilot, Vehicle};
+use super::{on_highway, on_roundabout};
 
 /// A recorded episode.
 #[derive(Deserialize)]
@@ -25,6 +28,12 @@ struct Record {
     frame_columns: Vec<String>,
     obs0: Vec<[f64; 4]>,
     steps: Vec<Step>,
+    config: Config,
+}
+
+#[derive(Deserialize)]
+struct Config {
+    duration: usize,
 }
 
 #[derive(Deserialize)]
@@ -146,7 +155,10 @@ fn replay(
     traffic: &mut Traffic,
     disturb: impl Fn(&mut Traffic),
 ) -> Result<f64, String> {
-    let mut most = 0.0_f64;
+    let mut most = unseen(traffic, &record.obs0);
+    if most > NEAR {
+        return Err(format!("the first that is seen differs by {most}"));
+    }
     for (t, step) in record.steps.iter().enumerate() {
         let told = Meta::NAMES.iter().position(|name| *name == step.action).expect("an action");
         traffic.vehicles[0].tell(Meta::ALL[told], &traffic.network);
@@ -175,8 +187,35 @@ fn replay(
                 follow_standing(car, recorded);
             }
         }
+        let error = (paid(traffic, Meta::ALL[told]) - step.reward).abs();
+        let seen = unseen(traffic, &step.obs).max(error);
+        most = most.max(seen);
+        let over = traffic.vehicles[0].crashed
+            || traffic.release.ends_in_time && t + 1 >= record.config.duration;
+        if seen.is_nan() || seen > NEAR || over != step.terminated {
+            return Err(format!("step {t}: what is seen, paid or over differs by {seen}"));
+        }
     }
     Ok(most)
+}
+
+fn paid(traffic: &Traffic, told: Meta) -> f64 {
+    match traffic.network.roads.len() {
+        1 => on_highway::paid(traffic, traffic.network.lanes.len() - 1),
+        _ => on_roundabout::paid(traffic, told),
+    }
+}
+
+/// How far what is seen is from what was.
+fn unseen(traffic: &Traffic, recorded: &[[f64; 4]]) -> f64 {
+    let sight = Sight { others: recorded.len() - 1, absolute: false, scale: None };
+    let others = sight.others(traffic, 0);
+    let rows: Vec<[f64; 4]> = sight.rows(traffic, 0, &others).collect();
+    assert_eq!(rows.len(), recorded.len());
+    // The later release has it in single precision.
+    let exact = |x: f64| if traffic.release.ends_in_time { x } else { f64::from(single(x)) };
+    let errors = rows.iter().flatten().zip(recorded.iter().flatten());
+    errors.map(|(found, expected)| (exact(*found) - expected).abs()).fold(0.0, f64::max)
 }
 
 /// Puts a car that is told what to do where it was recorded once it nearly stands. There the control of the original is
