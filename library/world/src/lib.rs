@@ -49,7 +49,7 @@ pub use finite::{
 pub use glyphs::Glyphs;
 pub use grid::Grid;
 pub use grids::Grids;
-pub use highway::{Highway, Roundabout};
+pub use highway::{DrivingActions, Highway, Roundabout};
 pub use interval::Interval;
 pub use intervals::Intervals;
 pub use ivx_data::{Act, Actions, End};
@@ -216,4 +216,5 @@ pub fn register(registry: Registry) -> Registry {
         .op::<Observe>()
         .op::<SupportDistance>()
         .op::<Transitions>()
+        .op::<DrivingActions>()
 }

@@ -150,3 +150,112 @@ pub(super) fn release(version: &str) -> Result<&'static Release, Misfit> {
     let message = || format!("highway-env {version} is not replayed");
     Release::of(version).ok_or_else(|| Misfit::new(message(), "say `\"1.1\"` or `\"1.12.1\"`"))
 }
+
+#[cfg(test)]
+mod tests {
+    use ivx_data::{Columns, Values};
+
+    use super::*;
+    use crate::env::Env;
+    use crate::{Highway, Roundabout};
+
+    fn on_highway(task: &str, release: &str) -> Highway {
+        let (task, release) = (task.to_owned(), release.to_owned());
+        Highway { task, actions: None, cars: 12, lanes: 4, lane: 3, frames: 3, seconds: 8, release }
+    }
+
+    fn on_roundabout(task: &str, release: &str) -> Roundabout {
+        let (task, release) = (task.to_owned(), release.to_owned());
+        Roundabout { task, exit: 3, actions: None, frames: 3, seconds: 8, release }
+    }
+
+    /// What is seen, told and paid over an episode in which one action is taken always.
+    fn episode(
+        world: &mut dyn World,
+        spec: &Spec,
+        act: usize,
+        seed: u32,
+    ) -> Vec<(Vec<f32>, Vec<f32>, f64, End)> {
+        let mut seen = Columns::zeros(spec.sees.clone(), 1);
+        let (mut luck, mut told) = (Luck::numpy(seed), vec![7.0; spec.tells.len()]);
+        world.reset(&mut luck, &mut Row::of(&mut seen, 0, &mut told));
+        let mut all: Vec<(Vec<f32>, Vec<f32>, f64, End)> = Vec::new();
+        let numbers = |seen: &Columns| {
+            let Values::F32(numbers) = seen.values(0) else { panic!("numbers") };
+            numbers.clone()
+        };
+        all.push((numbers(&seen), told.clone(), 0.0, End::No));
+        while all.last().is_some_and(|step| step.3 == End::No) && all.len() <= 40 {
+            let (pays, end) =
+                world.step(Act::Index(act), &mut luck, &mut Row::of(&mut seen, 0, &mut told));
+            all.push((numbers(&seen), told.clone(), pays, end));
+        }
+        all
+    }
+
+    #[test]
+    fn worlds_start_afresh() {
+        let envs: [&dyn Env; 5] = [
+            &on_highway("single", "1.1"),
+            &on_highway("multi", "1.12.1"),
+            &on_highway("original", "1.1"),
+            &on_roundabout("exit", "1.1"),
+            &on_roundabout("original", "1.12.1"),
+        ];
+        for env in envs {
+            let spec = env.spec().unwrap();
+            let mut world = env.open().unwrap();
+            let first = episode(&mut *world, &spec, 1, 5);
+            assert!(first[0].1.iter().all(|told| *told == 0.0));
+            assert_ne!(episode(&mut *world, &spec, 3, 6), first);
+            assert_eq!(episode(&mut *world, &spec, 1, 5), first);
+        }
+    }
+
+    /// In the release of 2021 an episode is over in time; in the later one it is cut off by who counts.
+    #[test]
+    fn time_ends_an_episode_or_cuts_it_off() {
+        for (release, end) in [("1.1", End::Terminal), ("1.12.1", End::No)] {
+            let env = Highway { cars: 0, ..on_highway("adversarial", release) };
+            let spec = env.spec().unwrap();
+            assert_eq!(spec.limit, Some(40));
+            // Nearly straight on.
+            let steps = episode(&mut *env.open().unwrap(), &spec, 4, 1);
+            assert_eq!((steps.len(), steps[40].3), (41, end));
+            // A second is an action of the original.
+            assert_eq!(on_highway("original", release).spec().unwrap().limit, Some(8));
+        }
+    }
+
+    /// Who is nearest is told with what it saw and did.
+    #[test]
+    fn the_nearest_are_told() {
+        let env = on_highway("multi", "1.1");
+        let spec = env.spec().unwrap();
+        assert_eq!(spec.tells.len(), 4 + 5 * (4 + 24));
+        let place = |name: &str| spec.tells.iter().position(|tell| tell == name).unwrap();
+        let [car, style, steering, saw] = ["1.car", "1.style", "1.steering", "1.saw.0"].map(place);
+        let steps = episode(&mut *env.open().unwrap(), &spec, 4, 2);
+        let mut steered = false;
+        for (before, after) in steps.iter().zip(&steps[1..]) {
+            let ((seen, ..), (_, told, ..)) = (before, after);
+            if told[car] == 0.0 {
+                continue;
+            }
+            assert!(told[car] <= 12.0 && told[style] < 5.0);
+            // Its place across is the agent's and how far it is from there, and so is its speed.
+            let of = |i: usize| (seen[i] + seen[4 + i] - told[saw + i]).abs() < 1e-6;
+            assert!(of(1) && of(2) && of(3), "{seen:?} {told:?}");
+            steered |= told[4..].chunks_exact(28).any(|other| other[2].abs() > 0.05);
+            assert!(told[steering + 1].abs() <= 6.0);
+        }
+        assert!(steered);
+    }
+
+    #[test]
+    fn what_there_is_not_is_refused() {
+        assert!(on_highway("double", "1.1").spec().is_err());
+        assert!(on_highway("multi", "1.2").open().is_err());
+        assert!(on_roundabout("entry", "1.1").spec().is_err());
+    }
+}

@@ -7,6 +7,7 @@
 mod choices;
 mod collision;
 mod driver;
+mod driving_actions;
 mod episode;
 mod lane;
 mod network;
@@ -21,5 +22,6 @@ mod steering;
 mod traffic;
 mod vehicle;
 
+pub use driving_actions::DrivingActions;
 pub use on_highway::Highway;
 pub use on_roundabout::Roundabout;

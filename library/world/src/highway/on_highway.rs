@@ -63,7 +63,17 @@ declare! {
 }
 
 /// What k-means made of what drivers did in the task `"multi"`: angles in radians and accelerations in m/s².
-const ACTIONS: [[f64; 2]; 9] = [[0.0; 2]; 9];
+const ACTIONS: [[f64; 2]; 9] = [
+    [-0.0010, -4.9259],
+    [0.4048, -1.3157],
+    [-0.0026, -1.3027],
+    [0.1727, -0.4151],
+    [0.0000, 0.0111],
+    [-0.2098, 0.0175],
+    [0.0011, 0.6802],
+    [-0.0600, 1.1844],
+    [0.0037, 1.7948],
+];
 
 /// How many others are seen.
 const OTHERS: usize = 5;
@@ -268,4 +278,95 @@ pub(super) fn paid(traffic: &Traffic, goal: usize) -> f64 {
     let speed = ((car.speed * along - SPEEDS[0]) / (SPEEDS[2] - SPEEDS[0])).clamp(0.0, 1.0);
     let crashed = if car.crashed { 1.0 } else { 0.0 };
     (0.1 * lane + 0.4 * speed - crashed + 1.0) / 1.5
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::highway::driving_actions::centres;
+    use crate::highway::release::Release;
+
+    fn scene(task: Task, cars: usize) -> (OnHighway, Traffic) {
+        let traffic = Traffic::new(highway(4, &Release::V1_1), &Release::V1_1);
+        (OnHighway { task, cars, goal: 3 }, traffic)
+    }
+
+    /// The default actions are the centres of what drivers do without the agent, five times a second.
+    #[test]
+    fn actions_are_what_drivers_do() {
+        let (mut scene, mut traffic) = scene(Task::Multi, 50);
+        let (mut luck, mut did) = (Luck::numpy(0), Vec::new());
+        for _ in 0..4 {
+            traffic.vehicles.clear();
+            scene.begin(&mut traffic, &mut luck);
+            traffic.vehicles.remove(0);
+            for frame in 0..600 {
+                traffic.frame();
+                if frame % 3 == 0 {
+                    did.extend(traffic.vehicles.iter().map(|car| [car.steering, car.acceleration]));
+                }
+            }
+            assert!(traffic.vehicles.iter().all(|car| !car.crashed));
+        }
+        let found = centres(&did, ACTIONS.len(), 3, &mut ChaCha8Rng::seed_from_u64(0));
+        let near = |(a, b): (&[f64; 2], &[f64; 2])| (0..2).all(|i| (a[i] - b[i]).abs() < 1e-3);
+        assert!(found.iter().zip(&ACTIONS).all(near), "{found:.4?}");
+    }
+
+    #[test]
+    fn rewards_by_hand() {
+        let (mut scene, mut traffic) = scene(Task::Single, 0);
+        let mut pays = |x: [f64; 2], speed| {
+            let car = Vehicle::new(&traffic.network, x, 0.0, speed, Pilot::Held);
+            traffic.vehicles = vec![car];
+            let mut told = [0.0; 4];
+            let paid = scene.pays(&traffic, 0, &mut told);
+            (paid, told)
+        };
+        // (0.1 · 1/3 + 0.4 · 0.5 + 1) / 1.5.
+        let ((paid, over), told) = pays([300.0, 4.0], 25.0);
+        assert!((paid - 37.0 / 45.0).abs() < 1e-12 && !over);
+        assert_eq!(told, [0.0, 0.0, 25.0, 1.0]);
+        assert_eq!(pays([300.0, 12.0], 35.0).0, (1.0, false));
+        assert_eq!(pays([300.0, 14.1], 25.0), ((0.0, true), [0.0, 1.0, 25.0, 3.0]));
+        // Another lane that pays.
+        traffic.vehicles[0].at[1] = 12.0;
+        assert!((super::paid(&traffic, 1) - 1.2 / 1.5).abs() < 1e-12);
+        traffic.vehicles[0].crashed = true;
+        assert!((super::paid(&traffic, 1) - 0.2 / 1.5).abs() < 1e-12);
+    }
+
+    /// After 30 s in each task most others do what they want.
+    #[test]
+    fn others_do_what_they_want() {
+        let after = |task| {
+            let (mut scene, mut traffic) = scene(task, 20);
+            let mut styles = scene.begin(&mut traffic, &mut Luck::numpy(3));
+            traffic.vehicles.remove(0);
+            styles.remove(0);
+            (0..450).for_each(|_| traffic.frame());
+            (traffic, styles)
+        };
+        let (traffic, _) = after(Task::Adversarial);
+        assert!(traffic.vehicles.iter().all(|car| car.speed == 0.0));
+        let (traffic, _) = after(Task::Single);
+        let right = traffic.vehicles.iter().filter(|car| car.lane == 3).count();
+        // Evenly there would be five.
+        assert!(right > 8, "{right}");
+        let (traffic, styles) = after(Task::Multi);
+        let there = styles
+            .iter()
+            .zip(&traffic.vehicles)
+            .filter(|(style, car)| STYLES[**style].lane.is_none_or(|lane| lane == car.lane))
+            .count();
+        assert!(there > 10, "{there}");
+        let (traffic, _) = after(Task::Original);
+        let lanes: Vec<usize> = (0..4)
+            .map(|lane| traffic.vehicles.iter().filter(|car| car.lane == lane).count())
+            .collect();
+        assert!(lanes.iter().all(|n| *n < 11), "{lanes:?}");
+    }
 }

@@ -55,7 +55,14 @@ declare! {
 }
 
 /// What k-means made of what drivers did: angles in radians and accelerations in m/s².
-const ACTIONS: [[f64; 2]; 6] = [[0.0; 2]; 6];
+const ACTIONS: [[f64; 2]; 6] = [
+    [-0.2606, -5.7366],
+    [0.2325, -5.6876],
+    [0.0027, -0.0179],
+    [-0.2193, 0.0432],
+    [0.1817, 0.4839],
+    [-0.2113, 1.7603],
+];
 
 /// How many others are seen.
 const OTHERS: usize = 3;
@@ -65,6 +72,8 @@ const START: f64 = 8.0;
 const OTHERS_START: f64 = 16.0;
 /// How far from there they are: metres, and m/s.
 const DEVIATION: f64 = 2.0;
+/// How far beside its lane the agent may be, in metres: at the mouths of the ring drivers are up to half of it.
+const BESIDE: f64 = 1.0;
 /// The arms by the exits to them, and where one is out.
 const EXITS: [(&str, &str); 4] = [("exs", "exr"), ("nxs", "nxr"), ("wxs", "wxr"), ("sxs", "sxr")];
 
@@ -181,7 +190,8 @@ impl Scene for OnRoundabout {
 
     fn pays(&mut self, traffic: &Traffic, act: usize, tells: &mut [f32]) -> (f64, bool) {
         let (car, network) = (&traffic.vehicles[0], &traffic.network);
-        let on_road = car.on_road(network);
+        let lane = &network.lanes[car.lane];
+        let on_road = lane.has(lane.local(car.at), BESIDE);
         let road = network.road_of(car.lane);
         let left =
             EXITS.iter().zip(1_u8..).find(|((from, _), _)| network.nodes[road.from] == *from);
@@ -272,4 +282,137 @@ pub(super) fn paid(traffic: &Traffic, told: Meta) -> f64 {
     let changes = if matches!(told, Meta::Left | Meta::Right) { 1.0 } else { 0.0 };
     let least = release.roundabout_least;
     (0.2 * speed - crashed - 0.05 * changes - least) / (0.2 - least)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::highway::driving_actions::centres;
+    use crate::highway::release::Release;
+
+    fn scene(exit: usize) -> (OnRoundabout, Traffic) {
+        let way = Some(Way::new(&roundabout(), exit - 1));
+        (OnRoundabout { way }, Traffic::new(roundabout(), &Release::V1_1))
+    }
+
+    /// The default actions are the centres of what drivers do without the agent, five times a second, until they leave
+    /// or run into each other.
+    #[test]
+    fn actions_are_what_drivers_do() {
+        let (mut scene, mut traffic) = scene(3);
+        let (mut luck, mut did) = (Luck::numpy(0), Vec::new());
+        for _ in 0..200 {
+            scene.begin(&mut traffic, &mut luck);
+            traffic.vehicles.remove(0);
+            for frame in 0..300 {
+                traffic.frame();
+                if traffic.vehicles.iter().any(|car| car.crashed) {
+                    break;
+                }
+                let network = &traffic.network;
+                let out =
+                    |car: &&Vehicle| network.nodes[network.road_of(car.lane).to].ends_with("xr");
+                if frame % 3 == 0 {
+                    let there = traffic.vehicles.iter().filter(|car| !out(car));
+                    did.extend(there.map(|car| [car.steering, car.acceleration]));
+                }
+            }
+        }
+        let found = centres(&did, ACTIONS.len(), 3, &mut ChaCha8Rng::seed_from_u64(0));
+        let near = |(a, b): (&[f64; 2], &[f64; 2])| (0..2).all(|i| (a[i] - b[i]).abs() < 1e-3);
+        assert!(found.iter().zip(&ACTIONS).all(near), "{found:.4?}");
+    }
+
+    /// A search that knows how traffic goes on finds a way to the third exit, all of which pays 1.
+    #[test]
+    fn there_is_a_way_to_the_third_exit() {
+        let (mut scene, mut traffic) = scene(3);
+        scene.begin(&mut traffic, &mut Luck::numpy(1));
+        let return_ = search(scene, traffic).expect("a way");
+        assert!((return_ - 1.0).abs() < 1e-9, "{return_}");
+    }
+
+    /// What the way pays to the exit that is wanted, if it is found: of all that can be done, some that differ and came
+    /// farthest are gone on from.
+    fn search(scene: OnRoundabout, traffic: Traffic) -> Option<f64> {
+        let choices = Choices::Held(ACTIONS.to_vec());
+        let mut best = vec![(0.0, 0.0, scene, traffic)];
+        for _ in 0..100 {
+            let mut next = Vec::new();
+            for (return_, _, scene, traffic) in &best {
+                for act in 0..ACTIONS.len() {
+                    let (mut scene, mut traffic) = (scene.clone(), traffic.clone());
+                    choices.take(act, &mut traffic);
+                    (0..3).for_each(|_| traffic.frame());
+                    let mut told = [0.0; 4];
+                    let (pays, over) = scene.pays(&traffic, act, &mut told);
+                    if told == [0.0, 0.0, told[2], 3.0] {
+                        assert!(over);
+                        return Some(return_ + pays);
+                    }
+                    if !over {
+                        let car = &traffic.vehicles[0];
+                        let lane = &traffic.network.lanes[car.lane];
+                        let [along, across] = lane.local(car.at);
+                        let turned = crate::highway::lane::wrap(lane.heading(along) - car.heading);
+                        let score = return_ + pays - 0.01 * across.abs() - 0.05 * turned.abs();
+                        next.push((return_ + pays, score, scene, traffic));
+                    }
+                }
+            }
+            next.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let mut kept: Vec<[f64; 4]> = Vec::new();
+            next.retain(|(.., traffic)| {
+                let Vehicle { at, speed, heading, .. } = traffic.vehicles[0];
+                let about = [at[0], at[1], speed, 4.0 * heading].map(f64::round);
+                let new = kept.len() < 400 && !kept.contains(&about);
+                kept.extend(new.then_some(about));
+                new
+            });
+            best = next;
+        }
+        None
+    }
+
+    /// An agent put at places on its way: what it pays is the share of 2.5 m that are left of the arm, the bend of 17 m
+    /// and so on, each metre once.
+    #[test]
+    fn the_way_pays_one_in_all() {
+        let (mut scene, mut traffic) = scene(3);
+        scene.begin(&mut traffic, &mut Luck::numpy(0));
+        traffic.vehicles.truncate(1);
+        let put = |traffic: &mut Traffic, from, to, along: f64| {
+            let road = traffic.network.road(from, to).unwrap();
+            let lane = traffic.network.roads[road].first;
+            let course = &traffic.network.lanes[lane];
+            let (at, heading) = (course.point([along, 0.0]), course.heading(along));
+            traffic.vehicles[0] = Vehicle::new(&traffic.network, at, heading, 8.0, Pilot::Held);
+        };
+        let mut pays = |from, to, along| {
+            put(&mut traffic, from, to, along);
+            let mut told = [0.0; 4];
+            let (pays, over) = scene.pays(&traffic, 0, &mut told);
+            (pays, over, told[3])
+        };
+        // The means of the two lanes: radius 22, over 42° and 48° by turns.
+        let ring = 22.0 * (3.0 * 42.0_f64 + 2.0 * 48.0).to_radians();
+        let length = 2.5 + 17.0 + ring + 17.0;
+        let near = |(pays, over, exit): (f64, bool, f32), expected: f64| {
+            assert!((pays - expected).abs() < 1e-9 && !over && exit == 0.0, "{pays}, {expected}");
+        };
+        near(pays("ses", "se", 10.0), 12.5 / length);
+        near(pays("ses", "se", 5.0), 0.0);
+        near(pays("ses", "se", 11.0), 1.0 / length);
+        // Another exit ends it, and pays nothing.
+        near(pays("ex", "exs", 10.0), 0.0);
+        assert_eq!(pays("exs", "exr", 10.0), (0.0, true, 1.0));
+        let (rest, over, exit) = pays("wxs", "wxr", 1.0);
+        assert!((rest - (length - 13.5) / length).abs() < 1e-9 && over && exit == 3.0);
+        // In the meadow.
+        traffic.vehicles[0].at = [60.0, 60.0];
+        assert_eq!(scene.pays(&traffic, 0, &mut [0.0; 4]), (-1.0, true));
+    }
 }
