@@ -16,14 +16,19 @@ pub(super) struct Contact {
 impl Contact {
     const NONE: Self = Self { now: false, apart: None };
 
+    /// How near the centre of another car must be to be looked at.
+    pub(super) fn near(one: &Vehicle, release: &Release) -> f64 {
+        release.near + one.speed * DT
+    }
+
     /// That of two cars that drive straight on: they do not overlap if they are apart on an axis across a side of one
     /// of them. The axis on which they would overlap the least is that along which they are moved apart.
     pub(super) fn of(one: &Vehicle, other: &Vehicle, release: &Release) -> Self {
         let between = [0, 1].map(|i| one.at[i] - other.at[i]);
-        if norm(between) > release.near + one.speed * DT {
+        if norm(between) > Self::near(one, release) {
             return Self::NONE;
         }
-        let cars = [one, other].map(|car| Box { center: car.at, along: car.direction() });
+        let cars = [one, other].map(|car| Box { center: car.at, along: car.direction });
         let (ours, theirs) = (one.velocity(), other.velocity());
         let moved = [0, 1].map(|i| (ours[i] - theirs[i]) * DT);
         let (mut now, mut soon) = (true, true);

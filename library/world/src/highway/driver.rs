@@ -48,7 +48,7 @@ impl Driver {
     ///
     /// where `Δv` is how fast it comes nearer along the way that the car behind heads.
     pub(super) fn gap(&self, car: &Vehicle, front: &Vehicle) -> f64 {
-        let (ours, theirs, direction) = (car.velocity(), front.velocity(), car.direction());
+        let (ours, theirs, direction) = (car.velocity(), front.velocity(), car.direction);
         let nearing = (ours[0] - theirs[0]) * direction[0] + (ours[1] - theirs[1]) * direction[1];
         self.gap_at(car.speed, nearing)
     }

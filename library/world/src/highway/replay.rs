@@ -225,7 +225,8 @@ fn follow_standing(car: &mut Vehicle, recorded: &[Option<f64>; 11]) {
         return;
     }
     let [x, y, heading, speed] = [0, 1, 2, 3].map(|i| recorded[i].expect("a number"));
-    (car.at, car.heading, car.speed) = ([x, y], heading, speed);
+    (car.at, car.speed) = ([x, y], speed);
+    car.turn_to(heading);
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a few lanes")]

@@ -18,6 +18,8 @@ const FASTEST: f64 = 40.0;
 pub(super) struct Vehicle {
     pub(super) at: Point,
     pub(super) heading: f64,
+    /// Where it heads, as a vector of length 1.
+    pub(super) direction: Point,
     pub(super) speed: f64,
     /// The angle of the wheels, in radians.
     pub(super) steering: f64,
@@ -58,6 +60,7 @@ impl Vehicle {
         Self {
             at,
             heading,
+            direction: towards(heading),
             speed,
             steering: 0.0,
             acceleration: 0.0,
@@ -71,15 +74,14 @@ impl Vehicle {
         }
     }
 
-    /// Where it heads, as a vector of length 1.
-    pub(super) fn direction(&self) -> Point {
-        let (sin, cos) = self.heading.sin_cos();
-        [cos, sin]
+    /// Turns it.
+    pub(super) fn turn_to(&mut self, heading: f64) {
+        (self.heading, self.direction) = (heading, towards(heading));
     }
 
     /// In m/s.
     pub(super) fn velocity(&self) -> Point {
-        self.direction().map(|x| self.speed * x)
+        self.direction.map(|x| self.speed * x)
     }
 
     /// Moves it by one frame, as a bicycle of which the front wheel is turned: position and heading change by the speed
@@ -97,15 +99,19 @@ impl Vehicle {
     pub(super) fn step(&mut self, network: &Network) {
         self.obey_limits();
         let slip = (0.5 * self.steering.tan()).atan();
-        let (sin, cos) = (self.heading + slip).sin_cos();
-        self.at[0] += self.speed * cos * DT;
-        self.at[1] += self.speed * sin * DT;
+        // Most go straight on.
+        let straight = slip == 0.0;
+        let [x, y] = if straight { self.direction } else { towards(self.heading + slip) };
+        self.at[0] += self.speed * x * DT;
+        self.at[1] += self.speed * y * DT;
         if let Some([x, y]) = self.impact.take() {
             self.at[0] += x;
             self.at[1] += y;
             self.crashed = true;
         }
-        self.heading += self.speed * slip.sin() / (LENGTH / 2.0) * DT;
+        if !straight {
+            self.turn_to(self.heading + self.speed * slip.sin() / (LENGTH / 2.0) * DT);
+        }
         self.speed += self.acceleration * DT;
         self.lane = network.closest(self.at, self.heading, self.lane);
         if let Pilot::Driver(driver) = &mut self.pilot {
@@ -135,4 +141,9 @@ impl Vehicle {
         let lane = &network.lanes[self.lane];
         lane.has(lane.local(self.at), 0.0)
     }
+}
+
+fn towards(heading: f64) -> Point {
+    let (sin, cos) = heading.sin_cos();
+    [cos, sin]
 }
