@@ -35,11 +35,12 @@ declare! {
     /// as the agent sees) and the angle of its wheels and its acceleration, which it decided on then: so who learns can
     /// learn from it.
     ///
-    /// Each step pays from 0 to 1 as in highway-env, for a speed from 20 to 30 m/s four times as much as for the lane,
-    /// nothing after a collision or off the road; there it ends.
+    /// Each step pays from 0 to 1 as in highway-env: 2/3, up to 4/15 more for a speed from 20 to 30 m/s and up to 1/15
+    /// for the lane, 2/3 less in a collision and nothing off the road. Both end an episode.
     ///
-    /// Where the thesis is silent, this is our reading: how often one acts, the styles, that others prefer a lane as on
-    /// a route, that leaving the road ends an episode, and the scales of what is seen, which are highway-env's.
+    /// Where the thesis is silent, this is our reading: how often one acts, five times a second, since wheels that are
+    /// held for a whole one leave the road; what is paid, which is the same in all tasks; the styles; that others prefer a
+    /// lane as on a route; that leaving the road ends an episode; and the scales of what is seen, which are highway-env's.
     pub struct Highway = "highway" @ 1 {
         /// `"single"`, `"adversarial"`, `"multi"` or `"original"`.
         task: String;
@@ -368,5 +369,43 @@ mod tests {
             .map(|lane| traffic.vehicles.iter().filter(|car| car.lane == lane).count())
             .collect();
         assert!(lanes.iter().all(|n| *n < 11), "{lanes:?}");
+    }
+
+    /// A driver who can only do the actions, each time that nearest to what it would: five times a second it stays on
+    /// the road, once a second it does not.
+    #[test]
+    fn wheels_that_are_held_for_a_second_leave_the_road() {
+        let off = |frames: usize| {
+            let (mut scene, mut traffic) = scene(Task::Single, 10);
+            let mut off = 0;
+            for seed in 0..10 {
+                traffic.vehicles.clear();
+                scene.begin(&mut traffic, &mut Luck::numpy(seed));
+                traffic.vehicles[0].target_speed = SPEEDS[2];
+                for _ in 0..300 / frames {
+                    let mut would = traffic.clone();
+                    let mut driver = Driver::new([0.0, 0.0], 4.0);
+                    (driver.timer, driver.prefers) = (2.0, Some(3));
+                    would.vehicles[0].pilot = Pilot::Driver(driver);
+                    would.decide();
+                    let car = &would.vehicles[0];
+                    // In about their standard deviations.
+                    let far = |act: &[f64; 2]| {
+                        ((act[0] - car.steering) / 0.04).hypot((act[1] - car.acceleration) / 1.4)
+                    };
+                    let act = ACTIONS.iter().min_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
+                    traffic.vehicles[0].target_lane = car.target_lane;
+                    [traffic.vehicles[0].steering, traffic.vehicles[0].acceleration] = *act;
+                    (0..frames).for_each(|_| traffic.frame());
+                    if !traffic.vehicles[0].on_road(&traffic.network) {
+                        off += 1;
+                        break;
+                    }
+                }
+            }
+            off
+        };
+        let (held, longer) = (off(3), off(15));
+        assert!(held <= 1 && longer >= 7, "{held} and {longer} of 10");
     }
 }

@@ -2,6 +2,7 @@
 
 /// The constants and choices in which two releases of highway-env differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "releases differ in that many ways")]
 pub(super) struct Release {
     /// How fast one may drive on a highway, in m/s.
     pub(super) limit: f64,
