@@ -8,6 +8,7 @@ pub mod detect;
 pub mod disagreement;
 pub mod evidence;
 pub mod interval;
+pub mod kmeans;
 pub mod linear_gaussian;
 pub mod logistic;
 pub mod markov_chain;

@@ -9,6 +9,7 @@ mod decision;
 mod disagreement;
 mod gaps;
 mod harness;
+mod kmeans;
 mod losses;
 mod networks;
 mod optim;

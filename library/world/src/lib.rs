@@ -11,6 +11,7 @@ mod finite;
 mod glyphs;
 mod grid;
 mod grids;
+mod highway;
 mod interval;
 mod intervals;
 mod lanes;
@@ -48,6 +49,7 @@ pub use finite::{
 pub use glyphs::Glyphs;
 pub use grid::Grid;
 pub use grids::Grids;
+pub use highway::{DrivingActions, Highway, Roundabout};
 pub use interval::Interval;
 pub use intervals::Intervals;
 pub use ivx_data::{Act, Actions, End};
@@ -176,8 +178,8 @@ tables! {
     places: Points = "Points" { Grid, Grids, Mapped }
     tasks: Task = "Task" { Copying, Glyphs }
     pub envs: Env = "Env" {
-        Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, GoalWorld, GridMap, Gridworld, Minatar, MountainCar,
-        MountainCarContinuous, Pendulum, Rewarded, WrittenMdp
+        Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, GoalWorld, GridMap, Gridworld, Highway, Minatar, MountainCar,
+        MountainCarContinuous, Pendulum, Rewarded, Roundabout, WrittenMdp
     }
 }
 
@@ -214,4 +216,5 @@ pub fn register(registry: Registry) -> Registry {
         .op::<Observe>()
         .op::<SupportDistance>()
         .op::<Transitions>()
+        .op::<DrivingActions>()
 }
