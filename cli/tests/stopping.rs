@@ -188,10 +188,10 @@ experiment e {
     }
 }
 
-/// Trainings of a second or two.
+/// Trainings of a second at the least.
 const TRAINING: &str = r#"edition "2026"
 experiment e {
-    param steps: Int = 20_000
+    param steps: Int = 60_000
     axis seed = 0..2
     let data = sample(sinusoids(), n: 30)
     let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: steps)
