@@ -93,6 +93,7 @@ fn mathematics_is_the_same_of_what_is_known_and_what_is_computed() {
 fn lists_are_reckoned_with_item_by_item() {
     check("axis k = pow(2.0, [0, 1, 3])\n measure m = 1.0 * k", "1.0,2.0,8.0");
     check("axis k = 10 * [1, 2] + [0, 5]\n measure m = 1.0 * k", "10.0,25.0");
+    check("measure m = where([1, 2] == [1.0, 2.0], 1.0, 0.0)", "1.0");
     check("axis k = -[1, 2]\n measure m = 1.0 * k", "-1.0,-2.0");
     check(
         "axis s = [1, 2]\n axis k = -pow(2.0, [1, -1])\n measure m = s * k",
