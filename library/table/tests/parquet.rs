@@ -59,6 +59,7 @@ fn read(bytes: &[u8], inputs: &[&str], gaps: Gaps) -> Result<Dataset, String> {
         except: Vec::new(),
         targets: names(&["n"]),
         one_hot: names(if inputs.contains(&"t") { &["t"] } else { &[] }),
+        categories: std::collections::BTreeMap::new(),
         classes: Classes::None,
         gaps,
     };
