@@ -70,6 +70,18 @@ fn what_is_wrong_with_a_table_is_told_before_anything_runs() {
     check("x,y\n1,2\n", missing, "`e.csv` cannot be read");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_file_that_cannot_be_read_is_not_advice_for_itself() {
+    let spec =
+        "edition \"2026\"\nexperiment e {\n    measure m = load_array(\"l.csv\", dims: [i])\n}\n";
+    let project = Project::with(&[("spec.ivx", spec)]);
+    std::os::unix::fs::symlink("l.csv", project.path("l.csv")).expect("links can be made");
+    let said = project.run("check", "spec.ivx", &[]);
+    assert!(said.err.contains("`l.csv` cannot be read"), "{}", said.err);
+    assert!(!said.err.contains("did you mean") && !said.err.contains("known here"), "{}", said.err);
+}
+
 #[test]
 fn dimensions_get_new_names() {
     let check = |dims: &str, expected: &[&str]| {

@@ -93,11 +93,33 @@ fn mathematics_is_the_same_of_what_is_known_and_what_is_computed() {
 fn lists_are_reckoned_with_item_by_item() {
     check("axis k = pow(2.0, [0, 1, 3])\n measure m = 1.0 * k", "1.0,2.0,8.0");
     check("axis k = 10 * [1, 2] + [0, 5]\n measure m = 1.0 * k", "10.0,25.0");
+    check("measure m = where([1, 2] == [1.0, 2.0], 1.0, 0.0)", "1.0");
+    check("axis k = -[1, 2]\n measure m = 1.0 * k", "-1.0,-2.0");
+    check(
+        "axis s = [1, 2]\n axis k = -pow(2.0, [1, -1])\n measure m = s * k",
+        "-2.0,-4.0,-0.5,-1.0",
+    );
     check(
         "axis k = [\"a\", \"b\"]\n let n = where(k == \"a\", 1, 2)\n measure m = 1.0 * n",
         "1.0,2.0",
     );
     check("measure m = floor(2.0 * pi) + floor(10.0 * exp(1))", "33.0");
+}
+
+#[test]
+fn the_name_of_a_dimension_is_its_own_number() {
+    let curve = "let peak(a: Float) = -abs(a - 0.5)
+        let curve = reward_at(reward(peak), at: grid(-1.0, 1.0, points: 5))";
+    check(&format!("{curve}\n measure m = argmax(curve, over: x, of: x)"), "0.5");
+    check(&format!("{curve}\n measure m = argmax(curve, over: x)"), "0.5");
+    check(&format!("{curve}\n measure m = lowest(curve, n: 2, over: x, of: x)"), "-1.0,-0.5");
+    // What is declared is meant.
+    check(
+        &format!(
+            "{curve}\n let x = 7.0 * curve[x: 1.0]\n measure m = argmax(curve, over: x, of: x)"
+        ),
+        "-3.5",
+    );
 }
 
 #[test]

@@ -269,6 +269,8 @@ fn near(wanted: &Path, name: &str) -> Option<String> {
     let join = |file: String| if prefix.is_empty() { file } else { format!("{prefix}/{file}") };
     let kind = wanted.extension().unwrap_or("ivx".as_ref());
     let is_alike = |file: &String| Path::new(file).extension().is_some_and(|own| own == kind);
-    let known: Vec<String> = files.filter(is_alike).map(join).collect();
+    // One that is there and cannot be read is not meant otherwise.
+    let known = files.filter(is_alike).map(join).filter(|known| known != name);
+    let known: Vec<String> = known.collect();
     suggest(name, known.iter().map(String::as_str))
 }

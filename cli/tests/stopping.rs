@@ -188,10 +188,10 @@ experiment e {
     }
 }
 
-/// Trainings of a second or two.
+/// Trainings of a second at the least.
 const TRAINING: &str = r#"edition "2026"
 experiment e {
-    param steps: Int = 20_000
+    param steps: Int = 60_000
     axis seed = 0..2
     let data = sample(sinusoids(), n: 30)
     let model = train(map_estimate(net: mlp(hidden: [64, 64])), on: data, steps: steps)
@@ -264,7 +264,7 @@ fn what_happens_is_told_to_programs() {
     assert_eq!((of("planned"), of("finished"), of("ended")), (1, 6, 1), "{out}");
     assert_eq!(events.last().expect("there are some")["executed"], 6);
     let told = events.iter().find(|event| event["event"] == "told").expect("trainings tell");
-    assert_eq!(told["of"], 20_000);
+    assert_eq!(told["of"], 60_000);
     assert!(told["words"].as_str().is_some_and(|words| words.starts_with("loss ")), "{told}");
     assert!(run.stderr.is_empty(), "{}", String::from_utf8_lossy(&run.stderr));
 }

@@ -80,7 +80,7 @@ toy! {
     /// A toy that is over soon.
     Short = "short" for 2;
     /// A toy that takes its time.
-    Long = "long" for 40;
+    Long = "long" for 120;
 }
 
 fn begin(test: &str, id: i64, needs: Needs) {

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use ivx_op::{Array, Artifact, ByName, Lit, Ty};
 
 use super::Checker;
+use super::maths::items;
 use super::value::{Fit, Val, coerce, fit, join, nothing};
 use crate::ast::{self, BinaryOp, ExprKind};
 use crate::ir::{Desc, Expr, ExprId, Feed};
@@ -126,8 +127,9 @@ impl<'a> Checker<'a> {
             Val::Artifact(id) if self.program.expr(id).artifact == Array::KIND => {
                 self.builtin(at, "neg", ByName::new(), vec![("x", id)], inner.span)
             }
-            Val::Desc(desc, ty @ (Ty::Int | Ty::Float)) => {
-                let zero = Desc::Lit(if ty == Ty::Int { Lit::Int(0) } else { Lit::Real(0.0) });
+            Val::Desc(desc, ty) if is_number(items(&ty)) => {
+                let whole = *items(&ty) == Ty::Int;
+                let zero = Desc::Lit(if whole { Lit::Int(0) } else { Lit::Real(0.0) });
                 self.arithmetic(BinaryOp::Sub, zero, desc, ty, inner.span)
             }
             other => {
@@ -184,12 +186,19 @@ impl<'a> Checker<'a> {
                     Ty::Bool => {
                         Some("`where(condition, 1.0, 0.0)` makes a number of it".to_owned())
                     }
+                    Ty::List(_) if op.compares() => Some(
+                        "numbers are compared; for each of several declare an axis, `axis a = [..]`, and write `a`"
+                            .to_owned(),
+                    ),
                     Ty::Function(_) => Some("a function is called: `f(...)`".to_owned()),
                     _ => None,
                 };
                 return self.fault(fault.maybe_help(help));
             };
             return self.arithmetic(op, a.clone(), b.clone(), ty, a_span.to(b_span));
+        }
+        if self.needs_given(&[(&a, a_span), (&b, b_span)]) {
+            return Val::Poison;
         }
         let name = match op {
             BinaryOp::Add => "add",

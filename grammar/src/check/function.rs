@@ -18,6 +18,9 @@ const SCALAR: &str = "Scalar";
 /// The type of what varies over the members of an ensemble.
 const ENSEMBLE: &str = "Ensemble";
 
+/// Up to so many bytes a value is told as it is written.
+const MOST_TOLD: usize = 40;
+
 /// What the parameter of a function takes.
 pub(super) enum Wanted {
     /// A description.
@@ -107,6 +110,28 @@ impl<'a> Checker<'a> {
                 self.fault(Diagnostic::new(Code::Type, span, message, label))
             }
         }
+    }
+
+    /// Whether what a function will be given meets what is computed, or faulty; reports the first.
+    pub(super) fn needs_given(&mut self, values: &[(&Val, Span)]) -> bool {
+        let given =
+            |(value, _): &(&Val, Span)| matches!(value, Val::Desc(desc, _) if desc.is_given());
+        if !values.iter().any(given) {
+            return false;
+        }
+        if values.iter().any(|(value, _)| matches!(value, Val::Poison)) {
+            return true;
+        }
+        let computed = values.iter().find(|(value, _)| matches!(value, Val::Artifact(_)));
+        let Some((_, span)) = computed else { return false };
+        let text = self.source.text(*span).filter(|text| text.len() <= MOST_TOLD);
+        let what = text.map_or_else(|| "this".to_owned(), |text| format!("`{text}`"));
+        let message = format!(
+            "{what} is computed, and a function that is handed on uses only what is known before anything runs"
+        );
+        let fault = Diagnostic::new(Code::NotLiteral, *span, message, "computed");
+        self.fault(fault.help("write the number itself, or call the function where it is used"));
+        true
     }
 
     /// What a type that was written asks for.

@@ -55,7 +55,8 @@ impl<'a> Checker<'a> {
         let at = at.inside(maths.name());
         let values: Vec<(Val, Span)> =
             given.iter().map(|expr| (self.expr(&at, expr), expr.span)).collect();
-        if values.iter().any(|(value, _)| matches!(value, Val::Poison)) {
+        let told: Vec<(&Val, Span)> = values.iter().map(|(value, span)| (value, *span)).collect();
+        if told.iter().any(|(value, _)| matches!(value, Val::Poison)) || self.needs_given(&told) {
             return Val::Poison;
         }
         let known = values.iter().all(|(value, _)| matches!(value, Val::Desc(..)));
@@ -192,7 +193,7 @@ impl<'a> Checker<'a> {
 }
 
 /// The type of what lists of lists hold.
-fn items(ty: &Ty) -> &Ty {
+pub(super) fn items(ty: &Ty) -> &Ty {
     match ty {
         Ty::List(item) => items(item),
         other => other,

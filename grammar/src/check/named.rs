@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use ivx_op::{ArgDecl, Decl};
+use ivx_op::{ArgDecl, Decl, Gather, Port, Takes};
 
 use super::Checker;
 use super::expr::At;
 use super::scope::name_of;
 use crate::ast::{self, ExprKind, Item, ItemKind};
-use crate::ir::AxisId;
+use crate::ir::{AxisId, ExprId};
 use crate::{Code, Diagnostic, Span, suggest};
 
 /// The name of an axis or dimension.
@@ -47,6 +47,46 @@ impl<'a> Checker<'a> {
             }
             _ => Named { name, axis: None, lost: false, span },
         }
+    }
+
+    /// The dimension that a port which may be left out is given, where nothing else is called so: its own number is
+    /// meant.
+    ///
+    /// - `first`: what the call goes along.
+    pub(super) fn own_number(
+        &self,
+        at: &At,
+        port: Port,
+        expr: &'a ast::Expr,
+        first: &[(ExprId, Span, String)],
+    ) -> Option<&'a str> {
+        let ExprKind::Name(name) = &expr.kind else { return None };
+        let spare = port.takes == Takes::AtMostOne && port.gather == Gather::Named;
+        let means_else = at.locals.contains_key(name) || self.scopes.find(at.scope, name).is_some();
+        let has = |(id, ..): &(ExprId, Span, String)| self.program.expr(*id).dims.contains(name);
+        (spare && !means_else && first.iter().any(has)).then_some(name)
+    }
+
+    /// What leaving an argument out feeds, which means the same where a dimension is gone along alone; reports it if
+    /// it is not.
+    pub(super) fn is_alone<T>(
+        &mut self,
+        decl: &Decl,
+        arg: &ArgDecl,
+        name: &str,
+        named: &[(&ArgDecl, Vec<Named<'a>>)],
+        span: Span,
+    ) -> Option<Vec<T>> {
+        if named.iter().flat_map(|(_, names)| names).all(|named| named.name == name) {
+            return Some(Vec::new());
+        }
+        let message = format!(
+            "`{}.{}` is `{name}`, whose own numbers are read only where it is chosen along nothing else",
+            decl.name, arg.name
+        );
+        let fault = Diagnostic::new(Code::UnknownAxis, span, message, "a dimension");
+        self.fault(fault.help(format!("write `over: {name}`, or name an array to read")));
+        None
     }
 
     /// The new names that an argument gives to dimensions; none if one cannot be.

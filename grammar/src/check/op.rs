@@ -165,7 +165,11 @@ impl<'a> Checker<'a> {
                     sound &= all.groups.is_some();
                 }
                 (ArgKind::Port(port), Some(expr)) => {
-                    let exprs = self.fed(at, decl, arg, *port, expr);
+                    let fed = all.fed.first().map_or(&[][..], |first| &first.exprs);
+                    let exprs = match self.own_number(at, *port, expr, fed) {
+                        Some(name) => self.is_alone(decl, arg, name, &all.named, expr.span),
+                        None => self.fed(at, decl, arg, *port, expr),
+                    };
                     sound &= exprs.is_some();
                     let exprs = exprs.unwrap_or_default();
                     all.fed.push(Fed { port: *port, name: arg.name, exprs });

@@ -172,7 +172,10 @@ impl Desc {
                 number::maths(*maths, &of)?
             }
             Self::Input(_) => {
-                return Err("what a function is given is known when it is called".to_owned());
+                return Err(
+                    "what a function that is handed on is given is not known before anything runs"
+                        .to_owned(),
+                );
             }
             Self::Function(inputs, body) => {
                 let (inputs, body) = (inputs.clone(), body.node(axes, place)?);
@@ -227,7 +230,7 @@ impl Desc {
     }
 
     /// Whether there is something in it that a function is given.
-    fn is_given(&self) -> bool {
+    pub(crate) fn is_given(&self) -> bool {
         let mut given = false;
         self.visit(&mut |desc| given |= matches!(desc, Self::Input(_)));
         given

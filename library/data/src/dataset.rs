@@ -150,9 +150,10 @@ impl Artifact for Dataset {
         let (mut tensors, classes) = Tensors::decode(Self::KIND, bytes)?;
         let ((of_x, x), (of_y, y)) = (tensors.f64("x")?, tensors.f64("y")?);
         let ((n, input), (m, target)) = (of_x.split_first()?, of_y.split_first()?);
-        let names = match tensors.arrays.contains_key(NAMES) {
-            true => ron::de::from_bytes(&tensors.u8(NAMES)?.1).ok()?,
-            false => Names::default(),
+        let names = if tensors.arrays.contains_key(NAMES) {
+            ron::de::from_bytes(&tensors.u8(NAMES)?.1).ok()?
+        } else {
+            Names::default()
         };
         let form = Form { input: input.to_vec(), target: target.to_vec(), classes, names };
         (n == m).then_some(Self { form, x, y })

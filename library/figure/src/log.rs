@@ -71,7 +71,7 @@ pub(super) fn scaled(mut drawing: Drawing, x: &str, y: &str) -> Result<Drawing, 
     for (axis, n) in [(&mut drawing.x, left_out.0), (&mut drawing.y, left_out.1)] {
         if n > 0 {
             let blank = if axis.label.is_empty() { "" } else { " " };
-            axis.label += &format!("{blank}({n} at or below 0 left out)");
+            axis.label = format!("{}{blank}({n} at or below 0 left out)", axis.label);
         }
     }
     let ends = |log: bool, (low, high): (f64, f64)| (along(log, low), along(log, high));

@@ -22,6 +22,7 @@ pub mod polynomial;
 pub mod returns;
 pub mod several;
 pub mod standard;
+pub mod successor;
 pub mod tabular;
 pub mod tail;
 pub mod tree;

@@ -99,6 +99,18 @@ impl Curve {
             Self::Silu => unreachable!("an operation of its own keeps its input"),
         }
     }
+
+    /// How the function's slope changes with the value `y` that it took; 0 where it is of straight pieces.
+    pub(super) fn bend<F: Real>(self, y: F) -> F {
+        match self {
+            Self::Identity | Self::Relu | Self::Relu6 => F::zero(),
+            Self::Tanh => F::of(-2.0) * y,
+            Self::Elu => step(y < F::zero()),
+            Self::Sigmoid => F::one() - F::of(2.0) * y,
+            Self::Softplus => (-y).exponential(),
+            Self::Silu => unreachable!("its slope does not follow from its value"),
+        }
+    }
 }
 
 /// 1 or 0.

@@ -45,7 +45,10 @@ pub use module::{ArrayOf, Mode, Module, Start};
 pub use net::{Mlp, Net, headed};
 pub use network::{check, init, predict, stds};
 pub use networks::{Named, Networks, joined};
-pub use ops::{BatchNorm, Cell, Proximal, Proximity, Steps, Window};
+pub use ops::{
+    BatchNorm, Cell, Layer, Norm, Payment, Proximal, Proximity, PsiPhiLosses, SoftSteps, Steps,
+    SuccessorSteps, Weighting, Window,
+};
 pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};
 pub use real::Real;

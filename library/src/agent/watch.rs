@@ -346,22 +346,14 @@ mod tests {
         Box::<dyn Env>::from_lit(&Lit::Part(crate::registry().complete(&world))).unwrap()
     }
 
-    /// Who clones the drivers that a random one watched in 20 episodes says what they do in others better than who always
-    /// says what they do most.
+    /// Who clones the drivers that a random one watched in 200 episodes says what they do in others more often than who
+    /// always says what is done most: 0.05 more at least. It was 0.12 in other episodes, by which the 4 000 updates were
+    /// chosen; of 20 episodes nothing is learnt that others do.
     #[test]
     fn a_clone_of_who_was_watched_knows_what_others_do() {
         let of = |episodes, stream: &str| watched(&drove(multi(), episodes, stream), "style");
-        let (shown, others) = (of(20, "main"), of(100, "others"));
-        let mut best = (0.0, 0);
-        for n in [100, 300, 1000, 4000] {
-            let (clone, most) = right(&shown, n, &others);
-            eprintln!("choosing {n}: {clone:.3} {most:.3}");
-            if clone > best.0 {
-                best = (clone, n);
-            }
-        }
-        let (clone, most) = right(&shown, best.1, &of(100, "held out"));
-        assert!(clone > most + 0.9, "{} {clone:.3} and {most:.3}", best.1);
+        let (clone, most) = right(&of(200, "main"), 4_000, &of(100, "held out"));
+        assert!(clone > most + 0.05, "{clone:.3} and {most:.3}");
     }
 
     /// Each row is one that a car saw, in order; and each step of a car that has a next one is there once.

@@ -15,13 +15,9 @@ pub(super) fn broadcast(
     join: impl Fn(f64, f64) -> f64,
 ) -> Result<Array, OpError> {
     for dim in &left.dims {
-        if right.dims.iter().any(|other| other.name == dim.name && other != dim) {
-            let message = if dim.name == RESAMPLE {
-                "the two sides rest on different seeds".to_owned()
-            } else {
-                format!("the two sides have different labels along `{}`", dim.name)
-            };
-            return Err(OpError::Failed(message));
+        let other = right.dims.iter().find(|other| other.name == dim.name && *other != dim);
+        if let Some(other) = other {
+            return Err(OpError::Failed(apart(dim, other)));
         }
     }
     let added = right.dims.iter().filter(|dim| left.dim(&dim.name).is_none());
@@ -32,6 +28,33 @@ pub(super) fn broadcast(
         or_missing(join(l, r), &[l, r])
     });
     Ok(Array { values: values.collect(), dims })
+}
+
+/// Why two dimensions of one name are not the same.
+fn apart(left: &Dim, right: &Dim) -> String {
+    if left.name == RESAMPLE {
+        return "the two sides rest on different seeds".to_owned();
+    }
+    let texts = |dim: &Dim| (0..dim.len()).map(|i| dim.labels.text(i)).collect::<Vec<_>>();
+    let (here, there) = (texts(left), texts(right));
+    let (n, other) = (here.len(), there.len());
+    let first = here.iter().zip(&there).enumerate().find(|(_, (here, there))| here != there);
+    let why = match first {
+        Some((i, (here, there))) => format!("`{here}` and `{there}` at place {}", i + 1),
+        None if n != other => format!("{n} and {other} places"),
+        None => "numbers and texts".to_owned(),
+    };
+    let sorted = |mut texts: Vec<String>| {
+        texts.sort_unstable();
+        texts
+    };
+    let name = &left.name;
+    let same = if n == other && first.is_some() && sorted(here) == sorted(there) {
+        format!("; they are the same in another order, and `[{name}: [..]]` puts them in one")
+    } else {
+        String::new()
+    };
+    format!("the two sides have different labels along `{name}`: {why}{same}")
 }
 
 /// What is made of some numbers: missing, if it is not a number and one of these is missing.
@@ -92,8 +115,22 @@ mod tests {
     #[test]
     fn unequal_labels_are_refused() {
         let left = Array::series(dim("a", &["x", "y"]), vec![1.0, 2.0]);
-        let right = Array::series(dim("a", &["x", "z"]), vec![1.0, 2.0]);
-        let message = broadcast(&left, &right, |l, r| l + r).unwrap_err().to_string();
-        assert_eq!(message, "the two sides have different labels along `a`");
+        let check = |right: Dim, why: &str| {
+            let right = Array::series(right.clone(), vec![0.0; right.len()]);
+            let message = broadcast(&left, &right, |l, r| l + r).unwrap_err().to_string();
+            assert_eq!(message, format!("the two sides have different labels along `a`: {why}"));
+        };
+        check(dim("a", &["x", "z"]), "`y` and `z` at place 2");
+        check(
+            dim("a", &["y", "x"]),
+            "`x` and `y` at place 1; they are the same in another order, and `[a: [..]]` puts them in one",
+        );
+        check(dim("a", &["x", "y", "z"]), "2 and 3 places");
+        let numbers = broadcast(
+            &Array::series(dim("a", &["0", "1"]), vec![0.0; 2]),
+            &Array::series(Dim::new("a", Labels::count(2)), vec![0.0; 2]),
+            |l, r| l + r,
+        );
+        assert!(numbers.unwrap_err().to_string().ends_with("`a`: numbers and texts"));
     }
 }

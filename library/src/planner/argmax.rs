@@ -27,7 +27,7 @@ declare! {
 
 impl Op for Argmax {
     fn run(&self, _: &Ctx) -> Result<Decision, OpError> {
-        let candidates = self.among.points()?;
+        let candidates = self.among.places()?;
         let members = self.model.iter().map(|model| model.rewards(&candidates));
         let members: Vec<_> = members.collect::<Result<_, _>>()?;
         let members: Vec<&[f64]> = members.iter().map(Vec::as_slice).collect();

@@ -21,7 +21,7 @@ declare! {
 
 impl Op for Greedy {
     fn run(&self, _: &Ctx) -> Result<Decision, OpError> {
-        let candidates = self.among.points()?;
+        let candidates = self.among.places()?;
         let scores = self.model.rewards(&candidates)?;
         choose(candidates, &scores)
     }

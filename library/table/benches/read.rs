@@ -20,6 +20,7 @@ fn main() {
         inputs: Vec::new(),
         targets: vec![target],
         one_hot: Vec::new(),
+        categories: std::collections::BTreeMap::new(),
         classes: Classes::None,
         gaps: Gaps::Refused,
     };

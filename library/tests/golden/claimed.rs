@@ -5,12 +5,8 @@ use std::path::Path;
 
 /// Kinds of operations that are not there yet.
 const LATER: &[(&str, &str)] = &[
-    ("agents_baselines", "bc_aux"),
-    ("agents_baselines", "gail"),
-    ("agents_baselines", "gail_gp"),
     ("agents_baselines", "pid"),
     ("agents_baselines", "reward_threshold"),
-    ("agents_baselines", "sqil"),
     ("model_based_losses", "cmpo"),
     ("model_based_losses", "dreamer_returns"),
     ("model_based_losses", "ive_objective"),

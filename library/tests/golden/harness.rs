@@ -38,29 +38,54 @@ pub(crate) fn check_kind(
     check_cases(topic, |found| found == kind, compute);
 }
 
+/// Checks that a wrong formula is told from the right one in every case of a kind: that something differs.
+pub(crate) fn check_wrong(
+    topic: &str,
+    kind: &str,
+    compute: impl Fn(&Case, &[&str]) -> Option<Value>,
+) {
+    let Some(cases) = compare(topic, |found| found == kind, compute) else { return };
+    assert!(!cases.is_empty() || elsewhere().is_some(), "{topic} has no case of `{kind}`");
+    let passed: Vec<String> =
+        cases.into_iter().filter(|(_, errors)| errors.is_empty()).map(|(name, _)| name).collect();
+    assert!(passed.is_empty(), "{topic}: a wrong formula passes in {}", passed.join(", "));
+}
+
 fn check_cases(
     topic: &str,
     ours: impl Fn(&str) -> bool,
     compute: impl Fn(&Case, &[&str]) -> Option<Value>,
 ) {
-    let Some(file) = read(topic) else { return };
+    let Some(cases) = compare(topic, ours, compute) else { return };
+    assert!(!cases.is_empty() || elsewhere().is_some(), "{topic} has no case to check");
+    let errors: Vec<String> = cases.into_iter().flat_map(|(_, errors)| errors).collect();
+    assert!(errors.is_empty(), "{} differ:\n{}", errors.len(), errors.join("\n"));
+}
+
+/// The cases of some kinds by name, with what differs in each; `None` if there is no such file.
+fn compare(
+    topic: &str,
+    ours: impl Fn(&str) -> bool,
+    compute: impl Fn(&Case, &[&str]) -> Option<Value>,
+) -> Option<Vec<(String, Vec<String>)>> {
+    let file = read(topic)?;
     let tolerance = &file["tolerance"]["f64"];
     let rtol = tolerance["rtol"].as_f64().expect("a relative tolerance");
     let atol = tolerance["atol"].as_f64().expect("an absolute tolerance");
 
-    let (mut n_cases, mut errors) = (0, Vec::new());
+    let mut cases = Vec::new();
     for entry in file["cases"].as_array().expect("a list of cases") {
         let kind = text(&entry["kind"]).to_owned();
         if !ours(&kind) {
             continue;
         }
-        n_cases += 1;
         let case = Case {
             name: text(&entry["name"]).to_owned(),
             kind,
             inputs: entry["inputs"].clone(),
             expected: entry["expected"].clone(),
         };
+        let mut errors = Vec::new();
         for (path, expected) in leaves(&case.expected) {
             let keys: Vec<&str> = path.iter().map(String::as_str).collect();
             let error = match compute(&case, &keys) {
@@ -70,9 +95,9 @@ fn check_cases(
             let place = format!("{topic}, {}, {}", entry["name"], path.join("."));
             errors.extend(error.map(|error| format!("{place}: {error}")));
         }
+        cases.push((case.name, errors));
     }
-    assert!(n_cases > 0 || elsewhere().is_some(), "{topic} has no case to check");
-    assert!(errors.is_empty(), "{} differ:\n{}", errors.len(), errors.join("\n"));
+    Some(cases)
 }
 
 /// Another folder to read from, in the same format.

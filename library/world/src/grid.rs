@@ -19,7 +19,7 @@ declare! {
 }
 
 impl Points for Grid {
-    fn points(&self) -> Result<Vec<f64>, OpError> {
+    fn places(&self) -> Result<Vec<f64>, OpError> {
         let Self { low, high, points } = *self;
         if low >= high {
             return Err(OpError::Failed(falls(low, high)));

@@ -110,11 +110,38 @@ pub trait Region: Debug + Send + Sync {
 
 /// A list of places.
 pub trait Points: Debug + Send + Sync {
-    /// The places, in order.
+    /// The places, in order; two may be the same.
     ///
     /// # Errors
     /// If the description names no places.
-    fn points(&self) -> Result<Vec<f64>, OpError>;
+    fn places(&self) -> Result<Vec<f64>, OpError>;
+
+    /// The places as what lies along a dimension, where each is a label of its own.
+    ///
+    /// # Errors
+    /// If the description names no places, or one twice.
+    fn points(&self) -> Result<Vec<f64>, OpError> {
+        let points = self.places()?;
+        match twice(&points) {
+            None => Ok(points),
+            Some(again) => {
+                let again = ivx_op::label(again);
+                Err(OpError::Failed(format!(
+                    "two of the places are `{again}`, and each is a label of its own"
+                )))
+            }
+        }
+    }
+}
+
+/// A place that another one is.
+fn twice(places: &[f64]) -> Option<f64> {
+    if places.is_sorted_by(|a, b| a < b) {
+        return None;
+    }
+    let mut sorted = places.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[1])
 }
 
 /// A problem of supervised learning without end.

@@ -16,8 +16,8 @@ declare! {
 }
 
 impl Points for Mapped {
-    fn points(&self) -> Result<Vec<f64>, OpError> {
-        let of = self.of.points()?;
+    fn places(&self) -> Result<Vec<f64>, OpError> {
+        let of = self.of.places()?;
         let points = self.by.over(&[&of], of.len());
         match points.iter().zip(&of).find(|(x, _)| !x.is_finite()) {
             None => Ok(points),
@@ -43,6 +43,12 @@ mod tests {
             Mapped { of: Box::new(Grid { low, high: 2.0, points: 2 }), by }.points()
         };
         assert_eq!(mapped(1.0), Ok(vec![0.0, 2.0_f64.ln()]));
+        let one = Node::Input(0);
+        let squared = Node::Of(Maths::Mul, vec![one.clone(), one]);
+        let by = Function::new(&Formula { inputs: vec!["x".to_owned()], body: squared });
+        let folded = Mapped { of: Box::new(Grid { low: -2.0, high: 2.0, points: 3 }), by };
+        assert_eq!(folded.places(), Ok(vec![4.0, 0.0, 4.0]));
+        assert!(folded.points().unwrap_err().to_string().contains("two of the places are `4`"));
         assert!(
             mapped(0.0).unwrap_err().to_string().contains("makes -inf of 0, which is no place")
         );

@@ -23,7 +23,7 @@ fn pairs(_: &Facts<'_>) -> Option<Shapes> {
 
 impl Op for Observe {
     fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
-        let points = self.at.points()?;
+        let points = self.at.places()?;
         let rewards = points.iter().map(|&a| self.reward.mean(a)).collect();
         Ok(Dataset::pairs(points, rewards))
     }

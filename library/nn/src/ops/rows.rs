@@ -33,6 +33,13 @@ impl<F: Real> Graph<F> {
         )
     }
 
+    /// The length of each item as a vector, `√(Σ x²)`: one number an item. Its slope where it is 0 is 0.
+    pub fn lengths(&self, x: Var) -> Var {
+        let half = F::of(0.5);
+        let slope = move |_, y: F| if y > F::zero() { half / y } else { F::zero() };
+        self.map(self.sum_items(self.square(x)), F::sqrt, slope)
+    }
+
     /// The sum of each item's numbers: one number an item.
     pub fn sum_items(&self, x: Var) -> Var {
         let shape = self.shape(x);

@@ -10,30 +10,30 @@ use crate::{BatchNorm, Cell, Curve, Graph, ParamId, Params, Shape, Var, Window};
 const ROUNDS: u64 = 12;
 
 /// A random case of one operation.
-struct Draw {
+pub(super) struct Draw {
     rng: ChaCha8Rng,
     params: Params<f64>,
     inputs: Vec<(Shape, Vec<f64>)>,
 }
 
 impl Draw {
-    fn size(&mut self, from: usize, to: usize) -> usize {
+    pub(super) fn size(&mut self, from: usize, to: usize) -> usize {
         self.rng.random_range(from..=to)
     }
 
-    fn numbers(&mut self, n: usize) -> Vec<f64> {
+    pub(super) fn numbers(&mut self, n: usize) -> Vec<f64> {
         (0..n).map(|_| self.rng.random_range(-1.5..1.5)).collect()
     }
 
     /// A parameter of random numbers.
-    fn param(&mut self, shape: &[usize]) -> ParamId {
+    pub(super) fn param(&mut self, shape: &[usize]) -> ParamId {
         let values = self.numbers(shape.iter().product());
         let name = format!("p{}", self.params.arrays().len());
         self.params.add(name, shape.to_vec(), values)
     }
 
     /// An input of random numbers, by its place among inputs.
-    fn input(&mut self, n: usize, item: [usize; 3]) {
+    pub(super) fn input(&mut self, n: usize, item: [usize; 3]) {
         let shape = Shape { n, item };
         let values = self.numbers(shape.len());
         self.inputs.push((shape, values));
@@ -43,7 +43,10 @@ impl Draw {
 /// Compares the gradients of `Σ w y` with central differences, by every input and parameter.
 ///
 /// `draw` makes a case and says what is done with its inputs.
-fn check(name: &str, draw: impl Fn(&mut Draw) -> Box<dyn Fn(&Graph<f64>, &[Var]) -> Var>) {
+pub(super) fn check(
+    name: &str,
+    draw: impl Fn(&mut Draw) -> Box<dyn Fn(&Graph<f64>, &[Var]) -> Var>,
+) {
     for seed in 0..ROUNDS {
         let rng = ChaCha8Rng::seed_from_u64(seed);
         let mut case = Draw { rng, params: Params::default(), inputs: Vec::new() };

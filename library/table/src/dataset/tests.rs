@@ -241,7 +241,7 @@ fn one_class_is_none() {
 #[test]
 fn gaps_of_texts_are_those_of_numbers() {
     let text = "x,y\n1,0\n2,NA\n3,10\n4,?\n5,\n6,null\n7,NaN\n";
-    let with = |gaps, classes| Choice { gaps, classes, ..choice(&["y"]) };
+    let with = |gaps, classes| Choice { classes, gaps, ..choice(&["y"]) };
     let found = csv(text, &with(Gaps::Dropped, Classes::Sorted)).unwrap();
     assert_eq!((found.x, found.y), (vec![1.0, 3.0], vec![0.0, 1.0]));
     let why = csv(text, &with(Gaps::Filled(0.0), Classes::Sorted)).unwrap_err();

@@ -88,7 +88,11 @@ impl Given {
                 next[s] = 1.0;
             } else if let Err(why) = scaled(next) {
                 let message = format!("the probabilities after action {a} in state {s} {why}");
-                return wrong("transitions", message, "let them sum to 1 over the states");
+                return wrong(
+                    "transitions",
+                    message,
+                    "let them sum to 1 over the states, up to 1e-6",
+                );
             }
         }
         let open = self.terminal.iter().filter(|end| !**end).count();
@@ -100,7 +104,7 @@ impl Given {
         let mut start = self.start.unwrap_or_else(|| even().collect());
         if let Err(why) = scaled(&mut start) {
             let message = format!("the probabilities of first states {why}");
-            return wrong("start", message, "let them sum to 1 over the states");
+            return wrong("start", message, "let them sum to 1 over the states, up to 1e-6");
         }
         if let Some(s) = (0..n_states).find(|&s| self.terminal[s] && start[s] > 0.0) {
             let message = format!("state {s} ends an episode, and one starts there");
@@ -126,7 +130,7 @@ fn scaled(probabilities: &mut [f64]) -> Result<(), String> {
     }
     let total: f64 = probabilities.iter().sum();
     if (total - 1.0).abs() > TOLERANCE {
-        return Err(format!("sum to {}, not to 1", ivx_op::shown(total)));
+        return Err(format!("sum to {}, not to 1", ivx_op::shown_together(&[total, 1.0])[0]));
     }
     for p in probabilities {
         *p /= total;
@@ -280,6 +284,13 @@ impl Finite for ComputedMdp {
             (Paid::Coming(coming.ok_or_else(unfit)?), Vec::new())
         };
         let terminal = of_states(&self.terminal, "terminal states")?;
+        let strange =
+            terminal.iter().flatten().enumerate().find(|(_, end)| ![0.0, 1.0].contains(*end));
+        if let Some((s, strange)) = strange {
+            return Err(OpError::Failed(format!(
+                "of state {s} the terminal states say {strange}, where 1 ends an episode and 0 does not"
+            )));
+        }
         let terminal = terminal.map_or_else(
             || vec![false; n_states],
             |ends| ends.iter().map(|end| *end != 0.0).collect(),
@@ -332,6 +343,10 @@ mod tests {
         off.transitions[0][1][1] = 0.5;
         let why = "the probabilities after action 1 in state 0 sum to 0.75, not to 1";
         check(off, "transitions", why);
+        let mut thirds = written();
+        thirds.transitions[0][0] = vec![0.333_333, 0.666_665];
+        let why = "the probabilities after action 0 in state 0 sum to 0.999998, not to 1";
+        check(thirds, "transitions", why);
         let mut negative = written();
         negative.transitions[0][0] = vec![1.5, -0.5];
         check(negative, "transitions", "the probabilities after action 0 in state 0 have 1.5");
@@ -389,6 +404,12 @@ mod tests {
         let leading =
             of(&turned, Array { dims: transitions.dims.clone(), values: leading }).unwrap();
         assert_eq!((&leading.rewards, leading.paid(1, 1, 2)), (&chain.rewards, 1.0));
+        let (one_of, rewards) = (one(transitions.clone()), one(pairs()));
+        let numbered = Some(one(Array::series(state.clone(), vec![0.0, 0.0, 2.0])));
+        let numbered =
+            ComputedMdp { transitions: one_of, rewards, start: None, terminal: numbered }.mdp();
+        let why = numbered.unwrap_err().to_string();
+        assert!(why.starts_with("of state 2 the terminal states say 2"), "{why}");
         let why = of(&transitions, Array::scalar(1.0)).unwrap_err().to_string();
         assert!(why.starts_with("the rewards are not over"), "{why}");
         let why = of(&pairs(), pairs()).unwrap_err().to_string();

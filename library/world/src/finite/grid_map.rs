@@ -74,6 +74,10 @@ impl GridMap {
                     "a legend is such as `(a: 0.5)`, with letters other than `S`, `G` and `P`";
                 return wrong("legend", message, help);
             }
+            if !all.iter().any(|cell| name.chars().eq([*cell])) {
+                let message = format!("the map has no `{name}`");
+                return wrong("legend", message, "leave it out, or draw it on the map");
+            }
         }
         if !self.updraft.is_empty() && self.updraft.len() != columns {
             let message =
@@ -297,6 +301,9 @@ mod tests {
         let legend = Fields([("G".to_owned(), Lit::Int(1))].into());
         let taken = GridMap { legend, ..grid(&[".."]) };
         assert_eq!(why(&taken), told("legend", "`G: 1` is no letter with a number"));
+        let legend = Fields([("a".to_owned(), Lit::Int(1))].into());
+        let undrawn = GridMap { legend, ..grid(&[".."]) };
+        assert_eq!(why(&undrawn), told("legend", "the map has no `a`"));
     }
 
     #[test]
