@@ -22,7 +22,7 @@ pub use misfit::{Misfit, sizes_told};
 pub use outputs::{Blob, Outputs};
 pub use posterior::Posterior;
 pub use rollouts::Rollouts;
-pub use trajectories::{Trajectories, same_world, shown_by, world_shapes};
+pub use trajectories::{Trajectories, same_world, shown_by, tell, told_by, world_shapes};
 pub use walks::{Episode, NOT_FINITE, Walks, finite, pairs};
 
 /// The dimension of a number that brings its interval along.

@@ -137,6 +137,19 @@ pub fn world_shapes(sees: &[Field], does: &Actions) -> Shapes {
     shapes
 }
 
+/// Adds what such a world tells of each step besides, by name.
+pub fn tell(shapes: &mut Shapes, tells: &[String]) {
+    shapes.insert("told".to_owned(), vec![tells.len()]);
+    shapes.extend(tells.iter().map(|name| (format!("tells.{name}"), Vec::new())));
+}
+
+/// What a world of which that is known tells besides, by name and ordered so; `None` if that is not known.
+#[must_use]
+pub fn told_by(shapes: &Shapes) -> Option<Vec<String>> {
+    shapes.get("told")?;
+    Some(shapes.keys().filter_map(|name| name.strip_prefix("tells.")).map(str::to_owned).collect())
+}
+
 /// The world of which that is known; what its actions are called, and what bounds them, is not.
 #[must_use]
 pub fn shown_by(shapes: &Shapes) -> Option<(Vec<Field>, Actions)> {

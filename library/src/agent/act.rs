@@ -1,7 +1,7 @@
 //! Acting in worlds of any kind.
 
 use ivx_data::form::{failed, wrong};
-use ivx_data::{End, Rollouts, Trajectories, world_shapes};
+use ivx_data::{End, Rollouts, Trajectories, tell, world_shapes};
 use ivx_math::moments::real;
 use ivx_op::{
     Args, Array, Ctx, Dim, Facts, Labels, Literal as _, Needs, One, Op, OpError, Shapes, Wrong,
@@ -46,7 +46,9 @@ pub(super) fn acts(facts: &Facts<'_>) -> Result<(), Wrong> {
 
 fn of_world(facts: &Facts<'_>) -> Option<Shapes> {
     let spec = facts.arg::<Box<dyn Env>>("in")?.spec().ok()?;
-    Some(world_shapes(&spec.sees, &spec.does))
+    let mut shapes = world_shapes(&spec.sees, &spec.does);
+    tell(&mut shapes, &spec.tells);
+    Some(shapes)
 }
 
 /// How many worlds somebody acts in at once.

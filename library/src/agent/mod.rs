@@ -12,6 +12,7 @@ mod learn;
 mod method;
 mod replay;
 pub mod tabular;
+mod watch;
 
 use ivx_op::Registry;
 
@@ -22,6 +23,7 @@ pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};
 pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
 pub use method::{A2c, Bc, Dqn, Learning, Means, Method, Ppo, Setting, q_loss, q_target};
+pub use watch::Watched;
 
 /// A walk of three steps through a world of three states, so many times, for tests.
 #[cfg(test)]
@@ -46,5 +48,6 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Act>()
         .op::<Demonstrate>()
         .op::<LabelledActions>()
+        .op::<Watched>()
         .op::<Returns>()
 }

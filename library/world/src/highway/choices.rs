@@ -49,6 +49,17 @@ impl Choices {
         }
     }
 
+    /// That which comes nearest to what a driver did, an angle and an acceleration, where both are divided by `spread`:
+    /// the first of equals. A pilot is told nothing of the kind.
+    pub(super) fn nearest(&self, did: [f64; 2], spread: [f64; 2]) -> Option<usize> {
+        let Self::Held(pairs) = self else { return None };
+        let far = |pair: &[f64; 2]| -> f64 {
+            [0, 1].map(|d| ((pair[d] - did[d]) / spread[d]).powi(2)).iter().sum()
+        };
+        let far: Vec<f64> = pairs.iter().map(far).collect();
+        (0..far.len()).min_by(|a, b| far[*a].total_cmp(&far[*b]))
+    }
+
     /// Lets the agent's car do one of them.
     pub(super) fn take(&self, act: usize, traffic: &mut Traffic) {
         let car = &mut traffic.vehicles[0];
@@ -77,6 +88,11 @@ mod tests {
         let choices = array(2, 2, vec![0.1, -3.0, 0.0, 2.0]).unwrap();
         assert_eq!(choices, Choices::Held(vec![[0.1, -3.0], [0.0, 2.0]]));
         assert_eq!(choices.actions(), Actions::named(&["0", "1"]));
+        // 2² + 2.6² is less than 3² + 2.4², and 0.2² + 2.6² is more than 0.3² + 2.4².
+        assert_eq!(choices.nearest([0.3, -0.4], [0.1, 1.0]), Some(0));
+        assert_eq!(choices.nearest([0.3, -0.4], [1.0, 1.0]), Some(1));
+        assert_eq!(choices.nearest([0.05, -0.5], [1.0, 1.0]), Some(0));
+        assert_eq!(Choices::Meta.nearest([0.0, 0.0], [1.0, 1.0]), None);
         assert!(array(1, 3, vec![0.0; 3]).is_err() && array(0, 2, vec![]).is_err());
         assert!(array(1, 2, vec![1.6, 0.0]).is_err() && array(1, 2, vec![0.0, f64::NAN]).is_err());
     }

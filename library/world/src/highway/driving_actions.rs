@@ -67,19 +67,22 @@ pub(super) fn centres(
     times: usize,
     rng: &mut ChaCha8Rng,
 ) -> Vec<[f64; 2]> {
-    let scale = [0, 1].map(|d| {
-        let numbers: Vec<f64> = pairs.iter().map(|pair| pair[d]).collect();
-        let middle = mean(&numbers);
-        let variance =
-            numbers.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / real(numbers.len());
-        if variance > 0.0 { variance.sqrt() } else { 1.0 }
-    });
+    let scale = spread(pairs).map(|spread| if spread > 0.0 { spread } else { 1.0 });
     let points: Vec<f64> = pairs.iter().flat_map(|[a, b]| [a / scale[0], b / scale[1]]).collect();
     let found = kmeans((&points, 2), n, times, rng).centres;
     let mut centres: Vec<[f64; 2]> =
         found.as_chunks::<2>().0.iter().map(|[a, b]| [a * scale[0], b * scale[1]]).collect();
     centres.sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])));
     centres
+}
+
+/// The standard deviations of both numbers.
+pub(super) fn spread(pairs: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|d| {
+        let numbers: Vec<f64> = pairs.iter().map(|pair| pair[d]).collect();
+        let middle = mean(&numbers);
+        (numbers.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / real(numbers.len())).sqrt()
+    })
 }
 
 #[cfg(test)]

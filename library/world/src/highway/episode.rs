@@ -17,6 +17,9 @@ pub(super) trait Scene: Send {
     /// What it tells besides of every step, by name.
     const TELLS: &'static [&'static str];
 
+    /// How far apart are things that drivers do: the standard deviations of their angles and of their accelerations.
+    const SPREAD: [f64; 2];
+
     /// Puts cars on the roads, that of the agent first, and says how each other drives: by a number of its style.
     fn begin(&mut self, traffic: &mut Traffic, luck: &mut Luck) -> Vec<usize>;
 
@@ -45,6 +48,7 @@ impl Terms {
         for other in 1..=n_others {
             tells.extend(OF_OTHERS.map(|what| format!("{other}.{what}")));
             tells.extend((0..4 * (n_others + 1)).map(|i| format!("{other}.saw.{i}")));
+            tells.extend(self.tells_acts().then(|| format!("{other}.act")));
         }
         Spec {
             sees: vec![Field::new("cars", &shape, Kind::F32)],
@@ -53,10 +57,20 @@ impl Terms {
             limit: Some(self.limit),
         }
     }
+
+    /// Whether what others do comes near to something that the agent can do.
+    fn tells_acts(&self) -> bool {
+        self.choices != Choices::Meta
+    }
+
+    /// How many numbers are told of each of the nearest cars.
+    fn told_of_each(&self) -> usize {
+        OF_OTHERS.len() + 4 * (self.sight.others + 1) + usize::from(self.tells_acts())
+    }
 }
 
-/// What is told of each of the nearest cars: its number in the episode, from 1, how it drives, and what it did. All are
-/// 0 where there is none.
+/// What is told of each of the nearest cars, before what it saw and which action of the agent comes nearest to what it
+/// did: its number in the episode, from 1, how it drives, and what it did. All are 0 where there is none.
 pub(super) const OF_OTHERS: [&str; 4] = ["car", "style", "steering", "acceleration"];
 
 /// An episode of a scene.
@@ -88,8 +102,7 @@ impl<S: Scene> Episode<S> {
     /// Writes what the nearest cars see and who they are, before they act.
     fn tell_before(&self, told: &mut [f32]) {
         let sight = &self.terms.sight;
-        let of_others =
-            told[S::TELLS.len()..].chunks_exact_mut(OF_OTHERS.len() + 4 * (sight.others + 1));
+        let of_others = told[S::TELLS.len()..].chunks_exact_mut(self.terms.told_of_each());
         for (to, &j) in of_others.zip(&self.near) {
             #[expect(clippy::cast_precision_loss, reason = "a few cars")]
             let who = [j as f32, self.styles[j] as f32];
@@ -104,10 +117,16 @@ impl<S: Scene> Episode<S> {
 
     /// Writes what they did then.
     fn tell_commands(&self, told: &mut [f32]) {
-        let width = OF_OTHERS.len() + 4 * (self.terms.sight.others + 1);
+        let width = self.terms.told_of_each();
         for (to, &j) in told[S::TELLS.len()..].chunks_exact_mut(width).zip(&self.near) {
             let car = &self.traffic.vehicles[j];
-            to[2..4].copy_from_slice(&[single(car.steering), single(car.acceleration)]);
+            let did = [car.steering, car.acceleration];
+            to[2..4].copy_from_slice(&did.map(single));
+            if let Some(act) = self.terms.choices.nearest(did, S::SPREAD) {
+                #[expect(clippy::cast_precision_loss, reason = "a few actions")]
+                let act = act as f32;
+                to[width - 1] = act;
+            }
         }
     }
 }
@@ -232,11 +251,12 @@ mod tests {
     fn the_nearest_are_told() {
         let env = on_highway("multi", "1.1");
         let spec = env.spec().unwrap();
-        assert_eq!(spec.tells.len(), 4 + 5 * (4 + 24));
+        assert_eq!(spec.tells.len(), 4 + 5 * (4 + 24 + 1));
         let place = |name: &str| spec.tells.iter().position(|tell| tell == name).unwrap();
-        let [car, style, steering, saw] = ["1.car", "1.style", "1.steering", "1.saw.0"].map(place);
+        let [car, style, steering, saw, act] =
+            ["1.car", "1.style", "1.steering", "1.saw.0", "1.act"].map(place);
         let steps = episode(&mut *env.open().unwrap(), &spec, 4, 2);
-        let mut steered = false;
+        let (mut steered, mut acts) = (false, std::collections::BTreeSet::new());
         for (before, after) in steps.iter().zip(&steps[1..]) {
             let ((seen, ..), (_, told, ..)) = (before, after);
             if told[car] == 0.0 {
@@ -246,10 +266,15 @@ mod tests {
             // Its place across is the agent's and how far it is from there, and so is its speed.
             let of = |i: usize| (seen[i] + seen[4 + i] - told[saw + i]).abs() < 1e-6;
             assert!(of(1) && of(2) && of(3), "{seen:?} {told:?}");
-            steered |= told[4..].chunks_exact(28).any(|other| other[2].abs() > 0.05);
+            steered |= told[4..].chunks_exact(29).any(|other| other[2].abs() > 0.05);
             assert!(told[steering + 1].abs() <= 6.0);
+            assert!(told[act] < 9.0 && (told[act] != 0.0 || told[steering + 1] < -2.0));
+            acts.extend(told[4..].chunks_exact(29).map(|other| other[28].to_bits()));
         }
-        assert!(steered);
+        assert!(steered && acts.len() > 3);
+        // Of a pilot's words there is none that a driver follows.
+        let spec = on_highway("original", "1.1").spec().unwrap();
+        assert_eq!(spec.tells.len(), 4 + 5 * (4 + 24));
     }
 
     #[test]

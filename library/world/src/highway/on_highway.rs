@@ -32,8 +32,9 @@ declare! {
     /// to change lane or speed, once a second.
     ///
     /// It tells of each of the nearest cars, from `1.` to `5.`, which it is and its style, what it saw (`saw.0` and on,
-    /// as the agent sees) and the angle of its wheels and its acceleration, which it decided on then: so who learns can
-    /// learn from it.
+    /// as the agent sees) and the angle of its wheels and its acceleration, which it decided on then; and `act`, which of
+    /// the agent's actions comes nearest to these, each divided by the standard deviation of what drivers do. So who learns
+    /// can learn from it, `watched(..)`. In `"original"` nothing that others do is an action of the agent.
     ///
     /// Each step pays from 0 to 1 as in highway-env: 2/3, up to 4/15 more for a speed from 20 to 30 m/s and up to 1/15
     /// for the lane, 2/3 less in a collision and nothing off the road. Both end an episode.
@@ -41,7 +42,7 @@ declare! {
     /// Where the thesis is silent, this is our reading: how often one acts, five times a second, since wheels that are
     /// held for a whole one leave the road; what is paid, which is the same in all tasks; the styles; that others prefer a
     /// lane as on a route; that leaving the road ends an episode; and the scales of what is seen, which are highway-env's.
-    pub struct Highway = "highway" @ 1 {
+    pub struct Highway = "highway" @ 2 {
         /// `"single"`, `"adversarial"`, `"multi"` or `"original"`.
         task: String;
         /// What can be done: a row for each action, with the angle of the wheels in radians and the acceleration in
@@ -75,6 +76,9 @@ const ACTIONS: [[f64; 2]; 9] = [
     [-0.0600, 1.1844],
     [0.0037, 1.7948],
 ];
+
+/// How far apart these things are: their standard deviations.
+const SPREAD: [f64; 2] = [0.0198, 0.6326];
 
 /// How many others are seen.
 const OTHERS: usize = 5;
@@ -211,6 +215,7 @@ impl OnHighway {
 
 impl Scene for OnHighway {
     const TELLS: &'static [&'static str] = &["crashed", "off_road", "speed", "lane"];
+    const SPREAD: [f64; 2] = SPREAD;
 
     /// Cars stand in for a flow: each is on a lane drawn evenly, ahead of all before it by a distance that grows with
     /// its speed and is less the more lanes there are.
@@ -287,7 +292,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::highway::driving_actions::centres;
+    use crate::highway::driving_actions::{centres, spread};
     use crate::highway::release::Release;
 
     fn scene(task: Task, cars: usize) -> (OnHighway, Traffic) {
@@ -315,6 +320,8 @@ mod tests {
         let found = centres(&did, ACTIONS.len(), 3, &mut ChaCha8Rng::seed_from_u64(0));
         let near = |(a, b): (&[f64; 2], &[f64; 2])| (0..2).all(|i| (a[i] - b[i]).abs() < 1e-3);
         assert!(found.iter().zip(&ACTIONS).all(near), "{found:.4?}");
+        let apart = spread(&did);
+        assert!(near((&apart, &SPREAD)), "{apart:.4?}");
     }
 
     #[test]

@@ -35,7 +35,7 @@ declare! {
     /// Where the thesis is silent, this is our reading: exits are counted from where the agent comes from, for others
     /// too; what is paid; how often one acts; and that one has 20 s, since the 11 s of highway-env are for the second
     /// exit. Of others there are three in what is seen, though the text speaks of five.
-    pub struct Roundabout = "roundabout" @ 1 {
+    pub struct Roundabout = "roundabout" @ 2 {
         /// `"exit"`; or `"original"`, in which all is as in highway-env: others leave by the first, the second or the last
         /// exit, and the agent tells a pilot on the way to the second to change lane or speed, once a second.
         task: String = "exit";
@@ -63,6 +63,9 @@ const ACTIONS: [[f64; 2]; 6] = [
     [0.1817, 0.4839],
     [-0.2113, 1.7603],
 ];
+
+/// How far apart these things are: their standard deviations.
+const SPREAD: [f64; 2] = [0.1880, 1.5212];
 
 /// How many others are seen.
 const OTHERS: usize = 3;
@@ -143,6 +146,7 @@ pub(super) struct OnRoundabout {
 
 impl Scene for OnRoundabout {
     const TELLS: &'static [&'static str] = &["crashed", "off_road", "speed", "exit"];
+    const SPREAD: [f64; 2] = SPREAD;
 
     fn begin(&mut self, traffic: &mut Traffic, luck: &mut Luck) -> Vec<usize> {
         let lane =
@@ -290,7 +294,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::highway::driving_actions::centres;
+    use crate::highway::driving_actions::{centres, spread};
     use crate::highway::release::Release;
 
     fn scene(exit: usize) -> (OnRoundabout, Traffic) {
@@ -324,6 +328,8 @@ mod tests {
         let found = centres(&did, ACTIONS.len(), 3, &mut ChaCha8Rng::seed_from_u64(0));
         let near = |(a, b): (&[f64; 2], &[f64; 2])| (0..2).all(|i| (a[i] - b[i]).abs() < 1e-3);
         assert!(found.iter().zip(&ACTIONS).all(near), "{found:.4?}");
+        let apart = spread(&did);
+        assert!(near((&apart, &SPREAD)), "{apart:.4?}");
     }
 
     /// A search that knows how traffic goes on finds a way to the third exit, all of which pays 1.
