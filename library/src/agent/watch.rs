@@ -58,7 +58,7 @@ fn others(tells: &[String], whose: &str, sees: &[Field]) -> Result<Vec<Other>, M
     let places: BTreeMap<&str, usize> =
         tells.iter().enumerate().map(|(i, tell)| (&tell[..], i)).collect();
     let place = |k: usize, what: &str| places.get(&format!("{k}.{what}")[..]).copied();
-    let n = (1..).take_while(|k| place(*k, CAR).is_some()).count();
+    let n = (1..=tells.len()).take_while(|k| place(*k, CAR).is_some()).count();
     if n == 0 {
         let message = "this world tells nothing of others who could be watched".to_owned();
         let help = "act in one that tells what others see and do, such as `highway(\"multi\")` or `roundabout()`";
