@@ -332,7 +332,9 @@ mod tests {
         let count = |act: usize| known.iter().filter(|did| **did == act).count();
         let most = (0..9).max_by_key(|act| count(*act)).unwrap();
         let mut seen = Columns::zeros(others.paths.seen.fields().to_vec(), 0);
-        seen_before(others).iter().for_each(|row| seen.push(&others.paths.seen, *row));
+        for row in seen_before(others) {
+            seen.push(&others.paths.seen, row);
+        }
         let mut says = Acts::of(&others.paths.does, seen.len());
         agent.open().act(&seen, &mut Ctx::new("act", 0, None).rng("act", &[]), &mut says);
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
@@ -370,7 +372,7 @@ mod tests {
 
             let width = spec.sees[0].width();
             let place = |name: String| all.tells.iter().position(|tell| *tell == name).unwrap();
-            let n = all.tells.iter().filter(|tell| tell.ends_with(".car")).count();
+            let n = all.tells.iter().filter(|tell| tell.strip_suffix(".car").is_some()).count();
             // Of each step, who is there, what it did and what it saw.
             let entries = |t: usize| -> Vec<(f32, f32, f32, Vec<f32>)> {
                 let told = &all.told[t * all.tells.len()..][..all.tells.len()];
