@@ -44,6 +44,18 @@ pub fn same(model: &Form, data: &Form) -> Result<(), Misfit> {
     named_alike("classes", &model.names.classes, &data.names.classes)
 }
 
+/// Whether classes, where targets are such, are two at least.
+///
+/// # Errors
+/// If not.
+pub fn several_classes(form: &Form) -> Result<(), Misfit> {
+    if form.classes.is_none_or(|n| n >= 2) {
+        return Ok(());
+    }
+    let message = "the targets are all of one class, and there is nothing to tell apart";
+    Err(Misfit::new(message.to_owned(), "give data of two classes at least"))
+}
+
 /// Whether names are the same in the same order, where both sides have some.
 fn named_alike(what: &str, model: &[String], data: &[String]) -> Result<(), Misfit> {
     let Some((i, (own, other))) =

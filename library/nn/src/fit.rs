@@ -83,8 +83,11 @@ pub fn fit(
     Ok(net)
 }
 
-/// How far each number of an input moves: a share of its range in the data.
+/// How far each number of an input moves: a share of its range in the data; nothing is looked at where none moves.
 fn reach(data: &Dataset, share: f64) -> Vec<f32> {
+    if share == 0.0 {
+        return Vec::new();
+    }
     let width = data.form.input_len();
     let columns = (0..width).map(|i| {
         let column = data.x.iter().skip(i).step_by(width);

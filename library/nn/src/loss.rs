@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use ivx_data::Form;
 use ivx_data::Misfit;
+use ivx_data::form::several_classes;
 use ivx_op::{Parts, declare, family};
 
 use super::graph::{Graph, Shape, Var};
@@ -226,10 +227,7 @@ fn numbers(loss: &str, form: &Form) -> Result<Vec<usize>, Misfit> {
 }
 
 fn classes(loss: &str, form: &Form) -> Result<usize, Misfit> {
-    if form.classes.is_some_and(|n| n < 2) {
-        let message = "the targets are all of one class, and there is nothing to tell apart";
-        return Err(Misfit::new(message.to_owned(), "give data of two classes at least"));
-    }
+    several_classes(form)?;
     form.classes.ok_or_else(|| {
         let message = format!("`{loss}` is of classes, and the targets are numbers");
         Misfit::new(message, "say `loss: squared()`, or another of numbers")

@@ -42,8 +42,9 @@ impl Learner for Ensemble {
             return self.learner.train(data, steps, &inner);
         }
         let prior = (self.prior_scale, ctx);
-        let trained = self.learner.train_with_prior(data, prior, steps, &inner);
-        trained.filter(|_| self.learner.takes_prior_network()).unwrap_or_else(|| Err(no_network()))
+        self.learner
+            .train_with_prior(data, prior, steps, &inner)
+            .unwrap_or_else(|| Err(no_network()))
     }
 
     fn fits(&self, form: &Form) -> Result<(), Misfit> {

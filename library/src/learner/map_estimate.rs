@@ -50,6 +50,9 @@ impl Learner for MapEstimate {
         steps: u64,
         ctx: &Ctx,
     ) -> Option<Result<Model, OpError>> {
+        if !self.takes_prior_network() {
+            return None;
+        }
         let with_prior = || {
             let mut net = self.initial(&data.form, "init", ctx)?;
             let prior = self.initial(&data.form, "prior", drawn)?.nets;

@@ -59,7 +59,7 @@ declare! {
 
 impl Prior for Flat {
     fn pull(&self, _: f64, _: f64) -> Pull {
-        Pull { l2: 0.0, l1: 0.0, centre: 0.0 }
+        Pull::NONE
     }
 }
 

@@ -1,5 +1,6 @@
 //! What learners of vectors ask of data. Inputs of every shape are vectors of their numbers, in order.
 
+use ivx_data::form::several_classes;
 use ivx_data::{Dataset, Form, Misfit};
 use ivx_op::OpError;
 
@@ -26,10 +27,7 @@ pub(super) fn are_classes(learner: &str, form: &Form) -> Result<(), Misfit> {
 
 /// Whether targets are numbers, or each observation has one class.
 pub(super) fn are_numbers_or_classes(learner: &str, form: &Form) -> Result<(), Misfit> {
-    if form.classes.is_some_and(|n| n < 2) {
-        let message = "the targets are all of one class, and there is nothing to tell apart";
-        return Err(Misfit::new(message.to_owned(), "give data of two classes at least"));
-    }
+    several_classes(form)?;
     if form.classes.is_none() || form.target.is_empty() {
         return Ok(());
     }

@@ -38,6 +38,13 @@ impl Format {
     }
 }
 
+/// The largest file that is read whole while a spec is checked, in bytes.
+pub(crate) const SMALL: usize = 1 << 20;
+
+/// What to do about a file that is not as expected.
+pub(crate) const MEND: &str =
+    "mend the file, or say otherwise how it is to be read: `docs/data.md`";
+
 /// What stands behind the last point of a name.
 #[must_use]
 pub(crate) fn extension(name: &str) -> &str {

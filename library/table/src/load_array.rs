@@ -3,7 +3,7 @@
 use ivx_op::{Array, Content, Ctx, DimNames, Facts, Fields, File, Op, OpError, Wrong, declare};
 
 use crate::array::{ARRAYS, array, is_read, labels};
-use crate::format::separator;
+use crate::format::{MEND, SMALL, separator};
 
 declare! {
     /// The numbers of a file of the project, over dimensions that are named here: as `read_array` reads those that a
@@ -31,9 +31,6 @@ impl Op for LoadArray {
         self.read().map_err(OpError::Failed)
     }
 }
-
-/// The largest file that is read whole while a spec is checked, in bytes.
-const SMALL: usize = 1 << 20;
 
 impl LoadArray {
     fn bytes(&self) -> &[u8] {
@@ -74,10 +71,8 @@ fn is_array(facts: &Facts<'_>) -> Result<(), Wrong> {
     if load.bytes().len() > SMALL {
         return Ok(());
     }
-    load.read().map(drop).map_err(|message| {
-        let help = "mend the file, or say otherwise how it is to be read: `docs/data.md`";
-        Wrong { arg: "file", message, help: help.to_owned() }
-    })
+    let wrong = |message| Wrong { arg: "file", message, help: MEND.to_owned() };
+    load.read().map(drop).map_err(wrong)
 }
 
 /// Whether what is asked of a file of this name can be asked.

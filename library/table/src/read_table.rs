@@ -8,7 +8,7 @@ use ivx_op::{
 
 use crate::classes::Classes;
 use crate::dataset::{Choice, dataset};
-use crate::format::{Format, TABLES, separator};
+use crate::format::{Format, MEND, SMALL, TABLES, separator};
 use crate::missing::Missing;
 
 declare! {
@@ -50,9 +50,6 @@ declare! {
     rule is_table;
     shapes observations;
 }
-
-/// The largest file that is read whole while a spec is checked, in bytes.
-const SMALL: usize = 1 << 20;
 
 impl ReadTable {
     fn read(&self) -> Result<Dataset, String> {
@@ -178,10 +175,9 @@ fn is_table(facts: &Facts<'_>) -> Result<(), Wrong> {
     if read.len() > SMALL {
         return Ok(());
     }
-    read.read().map(drop).or_else(|why| {
-        let help = "mend the file, or say otherwise how it is to be read: `docs/data.md`";
-        wrong("file", format!("`{name}` is not as expected: {why}"), help)
-    })
+    read.read()
+        .map(drop)
+        .or_else(|why| wrong("file", format!("`{name}` is not as expected: {why}"), MEND))
 }
 
 /// A name with a list of texts.
