@@ -11,6 +11,7 @@ mod explore;
 mod learn;
 mod method;
 mod replay;
+mod shown;
 pub mod tabular;
 mod watch;
 

@@ -64,14 +64,37 @@ struct Lane {
     written: u64,
 }
 
+impl Lane {
+    fn reward(&self, row: usize) -> f32 {
+        let bytes = &self.rewards[4 * row..][..4];
+        f32::from_le_bytes(bytes.try_into().expect("four bytes"))
+    }
+}
+
+/// What the target of a step looks at.
+struct Target {
+    /// The row of the step, and that of what was seen after the last step that it looks at.
+    row: usize,
+    after: usize,
+    /// How many steps that are.
+    span: usize,
+    /// What they paid, discounted, and what is left of what follows.
+    reward: f32,
+    discount: f32,
+}
+
 /// Some steps, drawn evenly with replacement.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Batch {
     /// The lane and the place of each, and those of what was seen after the last step that its target looks at.
     pub(crate) rows: Vec<(usize, usize)>,
     pub(crate) next: Vec<(usize, usize)>,
+    /// How many steps each target looks at.
+    pub(crate) spans: Vec<usize>,
     /// What was done.
     pub(crate) acts: Vec<f32>,
+    /// What the step itself paid.
+    pub(crate) paid: Vec<f32>,
     /// What was paid from there on, discounted.
     pub(crate) rewards: Vec<f32>,
     /// What the worth of what follows weighs: 0 where nothing follows.
@@ -151,10 +174,12 @@ impl Replay {
     /// # Panics
     /// If there are none.
     pub(crate) fn draw(&self, n: usize, rng: &mut ChaCha8Rng, batch: &mut Batch) {
-        let Batch { rows, next, acts, rewards, discounts } = batch;
+        let Batch { rows, next, spans, acts, paid, rewards, discounts } = batch;
         rows.clear();
         next.clear();
+        spans.clear();
         acts.clear();
+        paid.clear();
         rewards.clear();
         discounts.clear();
         let total = self.len();
@@ -172,46 +197,64 @@ impl Replay {
             let lane = lane.expect("fewer than all");
             let of = &self.lanes[lane];
             let Some(target) = self.target(of, of.written - kept(of) + drawn) else { continue };
-            let (row, after, reward, discount) = target;
+            let Target { row, after, span, reward, discount } = target;
             rows.push((lane, row));
             next.push((lane, after));
+            spans.push(span);
             acts.push(f32::from(of.acts[row]));
+            paid.push(of.reward(row));
             rewards.push(reward);
             discounts.push(discount);
         }
     }
 
-    /// Of row `at` of all that a lane ever wrote: its place, that of what its target looks at, what is paid up to
-    /// there, and what is left of what follows. None if it is no step, or not known yet.
-    fn target(&self, lane: &Lane, at: u64) -> Option<(usize, usize, f32, f32)> {
+    /// That of row `at` of all that a lane ever wrote. None if it is no step, or not known yet.
+    fn target(&self, lane: &Lane, at: u64) -> Option<Target> {
         let place = |at: u64| usize::try_from(at % self.rows as u64).expect("a place in memory");
         let (mut sum, mut weight) = (0.0, 1.0);
-        for i in 0..self.n_step as u64 {
-            let now = place(at + i);
-            if at + i >= lane.written {
+        for i in 0..self.n_step {
+            let row = at + i as u64;
+            let now = place(row);
+            if row >= lane.written {
                 return None;
             }
-            let reward = &lane.rewards[4 * now..][..4];
-            let reward = f32::from_le_bytes(reward.try_into().expect("four bytes"));
             match lane.ends[now] {
                 // The end of a path that was cut off counts as far as it went.
                 LAST if i == 0 => return None,
                 LAST => break,
                 end => {
-                    sum += weight * f64::from(reward);
+                    sum += weight * f64::from(lane.reward(now));
                     weight *= self.discount;
+                    let of = |after, weight| Target {
+                        row: place(at),
+                        after,
+                        span: i + 1,
+                        reward: f32::of(sum),
+                        discount: f32::of(weight),
+                    };
                     if end == TERMINAL {
-                        return Some((place(at), now, f32::of(sum), 0.0));
+                        return Some(of(now, 0.0));
                     }
-                    if end == CUT {
-                        let after = place(at + i + 1);
-                        return Some((place(at), after, f32::of(sum), f32::of(weight)));
+                    if end == CUT || i + 1 == self.n_step {
+                        return (row + 1 < lane.written).then(|| of(place(row + 1), weight));
                     }
                 }
             }
         }
-        let after = at + self.n_step as u64;
-        (after < lane.written).then(|| (place(at), place(after), f32::of(sum), f32::of(weight)))
+        None
+    }
+
+    /// The rows of all steps that the targets of some steps look at, those of one step after the other.
+    pub(crate) fn along(&self, batch: &Batch, rows: &mut Vec<(usize, usize)>) {
+        rows.clear();
+        for ((lane, row), span) in batch.rows.iter().zip(&batch.spans) {
+            rows.extend((0..*span).map(|i| (*lane, (row + i) % self.rows)));
+        }
+    }
+
+    /// What was done in some rows.
+    pub(crate) fn acts(&self, rows: &[(usize, usize)]) -> impl Iterator<Item = f32> {
+        rows.iter().map(|(lane, row)| f32::from(self.lanes[*lane].acts[*row]))
     }
 
     /// What was seen in some rows, as a network sees it.
@@ -306,143 +349,4 @@ fn unpack(sees: &[Field], mut bytes: &[u8], mut out: &mut [f32]) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use ivx_nn::Params;
-    use ivx_world::{Actions, Acts};
-    use rand::SeedableRng as _;
-
-    fn sees() -> Vec<Field> {
-        vec![
-            Field::new("bits", &[11], Kind::Bit),
-            Field::new("speed", &[], Kind::F32),
-            Field::new("cell", &[], Kind::Index(3)),
-        ]
-    }
-
-    /// What is seen at time `t` of an episode.
-    fn seen(t: u8) -> Columns {
-        let mut seen = Columns::zeros(sees(), 1);
-        if let (Values::U8(bits), _) = seen.values_mut(0) {
-            bits.iter_mut()
-                .enumerate()
-                .for_each(|(i, bit)| *bit = u8::from((t >> (i % 8)) & 1 == 1));
-        }
-        if let (Values::F32(speed), _) = seen.values_mut(1) {
-            speed[0] = f32::from(t);
-        }
-        if let (Values::Index(cell), _) = seen.values_mut(2) {
-            cell[0] = u32::from(t % 3);
-        }
-        seen
-    }
-
-    /// The step at time `t`, which pays `2^t`.
-    fn step(t: u8, end: End) -> Step {
-        let mut acts = Acts::of(&Actions::named(&["a", "b", "c", "d"]), 1);
-        acts.places[0] = usize::from(t % 4);
-        Step {
-            before: seen(t),
-            acts,
-            rewards: vec![f64::from(t).exp2()],
-            after: seen(t + 1),
-            ends: vec![end],
-            told: Vec::new(),
-        }
-    }
-
-    fn looked(replay: &Replay, rows: &[(usize, usize)]) -> Vec<f32> {
-        let graph = Graph::new(Params::default());
-        graph.value(replay.look(&graph, rows))
-    }
-
-    /// Of each step that can be drawn: when it was, what is paid, what the rest weighs, and when that is.
-    fn drawn(replay: &Replay) -> Vec<(u8, f32, f32, Option<u8>)> {
-        let (mut rng, mut batch) = (ChaCha8Rng::seed_from_u64(1), Batch::default());
-        replay.draw(2000, &mut rng, &mut batch);
-        let when = |row: (usize, usize)| {
-            let time = looked(replay, &[row])[11];
-            (0..=u8::MAX).find(|t| f32::from(*t) == time).expect("a time")
-        };
-        let mut found = Vec::new();
-        for i in 0..batch.rows.len() {
-            let t = when(batch.rows[i]);
-            assert_eq!(batch.acts[i], f32::from(t % 4));
-            let next = (batch.discounts[i] > 0.0).then(|| when(batch.next[i]));
-            found.push((t, batch.rewards[i], batch.discounts[i], next));
-        }
-        found.sort_by_key(|(t, ..)| *t);
-        found.dedup();
-        found
-    }
-
-    #[test]
-    fn what_was_seen_comes_back_to_the_bit() {
-        let mut replay = Replay::new(&sees(), (10, 1), (1, 0.5));
-        (0..3).for_each(|t| replay.push(&step(t + 180, End::No)));
-        for place in 0..3 {
-            let mut expected = vec![0.0; 15];
-            seen(180 + u8::try_from(place).unwrap()).spread_all(&mut expected);
-            assert_eq!(looked(&replay, &[(0, place)]), expected);
-        }
-        // Two bytes of bits and two numbers; action, reward and end.
-        assert_eq!((replay.sight, Replay::bytes(&sees(), 100)), (10, 1600));
-    }
-
-    #[test]
-    fn targets_stop_at_ends_and_reach_beyond_cuts() {
-        let mut replay = Replay::new(&sees(), (100, 1), (2, 0.5));
-        for (t, end) in [(0, End::No), (1, End::No), (2, End::Terminal)] {
-            replay.push(&step(t, end));
-        }
-        for (t, end) in [(10, End::No), (11, End::Limit), (20, End::No), (21, End::No)] {
-            replay.push(&step(t, end));
-        }
-        let power = |t: u8| f32::from(t).exp2();
-        assert_eq!(
-            drawn(&replay),
-            [
-                (0, 1.0 + 0.5 * 2.0, 0.25, Some(2)),
-                (1, 2.0 + 0.5 * 4.0, 0.0, None),
-                (2, 4.0, 0.0, None),
-                (10, power(10) + 0.5 * power(11), 0.25, Some(12)),
-                (11, power(11), 0.5, Some(12)),
-            ]
-        );
-        // What follows 20 over two steps is known once there is a third.
-        replay.push(&step(22, End::No));
-        let last = *drawn(&replay).last().unwrap();
-        assert_eq!(last, (20, power(20) + 0.5 * power(21), 0.25, Some(22)));
-    }
-
-    /// As those of Breakout: 400 bits, an action, a reward and an end.
-    #[test]
-    fn a_replay_takes_little_more_than_its_bits() {
-        let sees = vec![Field::new("grid", &[4, 10, 10], Kind::Bit)];
-        let mut replay = Replay::new(&sees, (50_000, 1), (1, 0.9));
-        let mut step = step(1, End::No);
-        step.before = Columns::zeros(sees.clone(), 1);
-        for n in 1..=60_000 {
-            replay.push(&step);
-            let Lane { seen, acts, rewards, ends, .. } = &replay.lanes[0];
-            let held = seen.capacity() + acts.capacity() + rewards.capacity() + ends.capacity();
-            let rows = n.clamp(10_000, 50_000);
-            assert!(held <= rows * 50 * 13 / 10, "{held} bytes after {n} steps");
-        }
-        let Lane { seen, acts, rewards, ends, .. } = &replay.lanes[0];
-        let held = seen.capacity() + acts.capacity() + rewards.capacity() + ends.capacity();
-        assert_eq!((held, Replay::bytes(&sees, 50_000)), (50_000 * 56, 50_000 * 56));
-    }
-
-    #[test]
-    fn the_oldest_steps_are_forgotten() {
-        let mut replay = Replay::new(&sees(), (4, 1), (1, 1.0));
-        (0..11).for_each(|t| replay.push(&step(t, End::No)));
-        let times: Vec<u8> = drawn(&replay).into_iter().map(|(t, ..)| t).collect();
-        assert_eq!((times, replay.len()), (vec![7, 8, 9], 4));
-        let bytes = State::keep(|state| replay.state(state));
-        let mut other = Replay::new(&sees(), (4, 1), (1, 1.0));
-        assert!(State::restore(&bytes, |state| other.state(state)));
-        assert_eq!(drawn(&other), drawn(&replay));
-    }
-}
+mod tests;
