@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 use ivx_data::{Columns, Field, shown_by};
+use ivx_math::moments::mean;
 use ivx_nn::{Live, Module, Networks, Shape, Var};
 use ivx_op::{Artifact, Shapes, Tensors};
 use ivx_world::{Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+
+use super::features::are_features;
+use super::improve::{Improving, Values};
 
 /// Networks that were learned in worlds of some kind, and how actions come of them.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +24,8 @@ pub struct Agent {
     pub nets: Networks,
     /// What the worlds show and take.
     pub spec: Spec,
+    /// What those are called whose successor features it knows, in their order.
+    pub knows: Vec<String>,
 }
 
 /// How an action comes of what a network puts out.
@@ -31,16 +37,24 @@ pub enum Choice {
     Sampled,
     /// The action of the highest of those logits, the first of equals.
     Likeliest,
+    /// The best by generalised policy improvement over all successor features, where what so many members of each say
+    /// of the agent's own task is reduced to the lowest (Eqn. 4.23).
+    Improved(usize),
+    /// The best by the successor features and preferences of one demonstrator, counted from 1 (Eqn. 4.19), on average
+    /// over members; the first of equals.
+    Imitated(usize),
 }
 
 /// What the layers that come before others are called, where several share them.
 pub(crate) const TORSO: &str = "torso";
 
 impl Choice {
-    fn net(self) -> &'static str {
+    /// The network whose outputs are of one action each, if there is such a one.
+    fn net(self) -> Option<&'static str> {
         match self {
-            Self::Greedy => "q",
-            Self::Sampled | Self::Likeliest => "policy",
+            Self::Greedy => Some("q"),
+            Self::Sampled | Self::Likeliest => Some("policy"),
+            Self::Improved(_) | Self::Imitated(_) => None,
         }
     }
 }
@@ -55,27 +69,41 @@ impl Agent {
     /// Itself, ready to act.
     #[must_use]
     pub fn open(&self) -> Box<dyn Acting> {
-        Box::new(Opened { live: Live::of(&self.nets), acts: self.acts, out: Vec::new() })
+        match self.acts {
+            Choice::Improved(heard) => {
+                let lowest = move |said: &[f64]| ivx_math::order::min(&said[..heard]);
+                Box::new(Improving::new(vec![vec![Values::of(self)]], Box::new(lowest)))
+            }
+            Choice::Imitated(k) => {
+                let values = Values::imitated(self, k);
+                Box::new(Improving::new(vec![vec![values]], Box::new(mean)))
+            }
+            acts => {
+                let net = acts.net().expect("it has one");
+                Box::new(Opened { live: Live::of(&self.nets), net, acts, out: Vec::new() })
+            }
+        }
     }
 }
 
 struct Opened {
     live: Live,
+    net: &'static str,
     acts: Choice,
     out: Vec<f32>,
 }
 
 impl Acting for Opened {
     fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
-        let Self { live, acts: choice, out } = self;
+        let Self { live, net, acts: choice, out } = self;
         live.graph.begin();
-        let put = live.graph.still(|| live.pass(choice.net(), shared(live, look(live, seen))));
+        let put = live.graph.still(|| live.pass(net, shared(live, look(live, seen))));
         live.graph.read(put, out);
         let rows = out.chunks_exact(out.len() / seen.len());
         for (place, row) in acts.places.iter_mut().zip(rows) {
             *place = match choice {
-                Choice::Greedy | Choice::Likeliest => best(row),
                 Choice::Sampled => sampled(row, rng.random()).0,
+                _ => best(row),
             };
         }
     }
@@ -136,33 +164,39 @@ struct Facts {
     acts: Choice,
     spec: Spec,
     nets: BTreeMap<String, Module>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    knows: Vec<String>,
 }
 
 impl Artifact for Agent {
     const KIND: &'static str = "Agent";
 
     fn encode(&self) -> Vec<u8> {
-        let facts =
-            Facts { acts: self.acts, spec: self.spec.clone(), nets: self.nets.modules.clone() };
+        let Self { acts, nets, spec, knows } = self.clone();
+        let facts = Facts { acts, spec, nets: nets.modules, knows };
         self.nets.tensors().encode(Self::KIND, &facts)
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
-        let (tensors, Facts { acts, spec, nets }) = Tensors::decode::<Facts>(Self::KIND, bytes)?;
+        let (tensors, Facts { acts, spec, nets, knows }) =
+            Tensors::decode::<Facts>(Self::KIND, bytes)?;
         let nets = Networks::of(nets, tensors)?;
         let mut shape = sight(&spec.sees);
         if let Some(torso) = nets.modules.get(TORSO) {
             shape = torso.output(&shape).ok()?;
         }
-        let puts_out = nets.modules.get(acts.net())?.output(&shape).ok()?;
-        let sound = nets.are_whole() && puts_out == [spec.does.n_discrete().ok()?];
-        sound.then_some(Self { acts, nets, spec })
+        let n = spec.does.n_discrete().ok()?;
+        let fits = match acts.net() {
+            Some(net) => nets.modules.get(net)?.output(&shape).ok()? == [n],
+            None => are_features(acts, &nets, &shape, n, knows.len()),
+        };
+        (nets.are_whole() && fits).then_some(Self { acts, nets, spec, knows })
     }
 
     fn later(shapes: &Shapes) -> Option<Self> {
         let nets = Networks::default();
         let (sees, does) = shown_by(shapes)?;
         let spec = Spec { sees, does, tells: Vec::new(), limit: None };
-        Some(Self { acts: Choice::Greedy, nets, spec })
+        Some(Self { acts: Choice::Greedy, nets, spec, knows: Vec::new() })
     }
 }

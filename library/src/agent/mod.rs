@@ -7,7 +7,10 @@ mod agent;
 mod demonstrate;
 mod drive;
 mod evaluate;
+mod explained;
 mod explore;
+mod features;
+mod improve;
 mod learn;
 mod method;
 mod replay;
@@ -18,12 +21,16 @@ mod watch;
 use ivx_op::Registry;
 
 pub use act::{Act, Returns};
-pub use actor::{Actor, Random, Tabular, Trained};
+pub use actor::{Actor, Gpi, Imitated, Random, Softened, Tabular, Trained};
 pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};
+pub use explained::{Imitation, LearnedPreferences, MatchedCumulants};
 pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
-pub use method::{A2c, Bc, Dqn, Learning, Means, Method, Ppo, Setting, q_loss, q_target};
+pub use method::{
+    A2c, Bc, Dqn, Inferred, Itd, Learning, Means, Method, NewTask, Ppo, PsiPhi, Setting, q_loss,
+    q_target,
+};
 pub use watch::Watched;
 
 /// A walk of three steps through a world of three states, so many times, for tests.
@@ -50,5 +57,8 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Demonstrate>()
         .op::<LabelledActions>()
         .op::<Watched>()
+        .op::<Imitation>()
+        .op::<LearnedPreferences>()
+        .op::<MatchedCumulants>()
         .op::<Returns>()
 }

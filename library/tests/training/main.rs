@@ -2,6 +2,7 @@
 
 mod agents;
 mod determinism;
+mod explained;
 mod known;
 mod nets;
 mod tasks;

@@ -29,6 +29,9 @@ declare! {
         walls: usize = 0, in 0.0..=8.0;
         /// After how many steps an episode is cut off.
         limit: u64 = 120, in 1.0..=1e6;
+        /// Whether the cell in front of the agent has a sixth mask of its own. Without, it cannot be seen in which of the
+        /// two cells the agent is, and in which direction it goes on: the world is no Markov decision process.
+        front_apart: bool = false;
     }
     rule colours_are_paid_for;
 }
@@ -43,7 +46,7 @@ impl Env for CoinGrid {
     fn spec(&self) -> Result<Spec, Misfit> {
         task(&self.pays)?;
         Ok(Spec {
-            sees: vec![Field::new("grid", &[5, SIDE, SIDE], Kind::Bit)],
+            sees: vec![Field::new("grid", &[self.masks(), SIDE, SIDE], Kind::Bit)],
             does: Actions::named(&["LEFT", "RIGHT", "FORWARD"]),
             tells: ["green", "red", "yellow"].map(str::to_owned).to_vec(),
             limit: Some(self.limit),
@@ -58,6 +61,12 @@ impl Env for CoinGrid {
 
     fn pays(&self) -> bool {
         self.pays.iter().any(|pays| *pays != 0.0)
+    }
+}
+
+impl CoinGrid {
+    fn masks(&self) -> usize {
+        if self.front_apart { 6 } else { 5 }
     }
 }
 
@@ -118,11 +127,13 @@ impl Coins {
         [false; 3]
     }
 
-    /// Writes what is seen: masks of green, red and yellow coins, walls, and the agent with the cell in front of it.
+    /// Writes what is seen: masks of green, red and yellow coins, walls, and the agent with the cell in front of it; where
+    /// there is room for six, this one has a mask of its own.
     pub fn show(&self, seen: &mut [u8]) {
         let [green, red, yellow] = self.coins;
-        let agent = 1 << self.at | 1 << self.ahead();
-        let masks = [green, red, yellow, self.walls, agent];
+        let (agent, front) = (1 << self.at, 1 << self.ahead());
+        let both = if seen.len() > 5 * CELLS { agent } else { agent | front };
+        let masks = [green, red, yellow, self.walls, both, front];
         seen.fill(0);
         for (channel, mut mask) in seen.chunks_exact_mut(CELLS).zip(masks) {
             while mask != 0 {
@@ -254,7 +265,13 @@ mod tests {
     /// An episode by hand, of the second task of Example 4.1: 2 for red, -1 for yellow.
     #[test]
     fn coins_pay_when_their_cells_are_entered() {
-        let env = CoinGrid { pays: vec![2.0, 0.0, -1.0], coins: 1, walls: 1, limit: 9 };
+        let env = CoinGrid {
+            pays: vec![2.0, 0.0, -1.0],
+            coins: 1,
+            walls: 1,
+            limit: 9,
+            front_apart: false,
+        };
         let spec = env.spec().unwrap();
         assert_eq!(spec.does, Actions::named(&STEPS));
         let mut world =
@@ -295,6 +312,15 @@ mod tests {
         assert_eq!(ones(3)[..10], [0, 1, 2, 3, 4, 5, 6, 7, 11, 13]);
         assert_eq!(ones(3).len(), 25);
         assert_eq!(ones(4), [8, 9]);
+
+        // Whether the agent is at 8 and goes east or at 9 and goes west, a mask of its own says.
+        let mut apart = [9; 6 * CELLS];
+        corner().show(&mut apart);
+        assert_eq!(apart[..4 * CELLS], seen[..4 * CELLS]);
+        let cells =
+            |channel: usize| apart[channel * CELLS..][..CELLS].iter().position(|bit| *bit == 1);
+        assert_eq!((cells(4), cells(5)), (Some(8), Some(9)));
+        assert_eq!(apart[4 * CELLS..].iter().sum::<u8>(), 2);
     }
 
     #[test]
@@ -346,7 +372,7 @@ mod tests {
         assert_eq!(task(&[1.0, -1.0]), Ok([-1.0, 1.0, 0.0]));
         assert_eq!(task(&[2.0, 0.0, -1.0]), Ok([0.0, 2.0, -1.0]));
         assert!(task(&[1.0]).is_err() && task(&[0.0; 4]).is_err());
-        let env = |pays| CoinGrid { pays, coins: 2, walls: 0, limit: 120 };
+        let env = |pays| CoinGrid { pays, coins: 2, walls: 0, limit: 120, front_apart: false };
         assert!(env(vec![0.0, -1.0]).pays() && !env(vec![0.0, 0.0]).pays());
         assert!(env(vec![]).spec().is_err() && env(vec![]).open().is_err());
     }
@@ -354,7 +380,8 @@ mod tests {
     /// What is seen, told and paid over an episode of luck agrees.
     #[test]
     fn a_world_starts_afresh() {
-        let env = CoinGrid { pays: vec![1.0, -1.0], coins: 2, walls: 3, limit: 120 };
+        let pays = vec![1.0, -1.0];
+        let env = CoinGrid { pays, coins: 2, walls: 3, limit: 120, front_apart: false };
         let mut seen = Columns::zeros(env.spec().unwrap().sees, 1);
         let (mut world, mut luck) = (env.open().unwrap(), Luck::numpy(5));
         let count = |seen: &Columns, channel: usize| {

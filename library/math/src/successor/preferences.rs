@@ -38,6 +38,11 @@ impl Preferences {
         self.paid.iter_mut().zip(cumulant).for_each(|(sum, x)| *sum += x * reward);
     }
 
+    /// Makes what was seen weigh so much of what it did.
+    pub fn fade(&mut self, by: f64) {
+        self.products.iter_mut().chain(&mut self.paid).for_each(|sum| *sum *= by);
+    }
+
     /// The preferences that explain best what was paid (Alg. 3, line 5; Eqn. 4.21a): `[d]`.
     ///
     /// ```text

@@ -1,6 +1,9 @@
 //! Who acts in worlds of any kind.
 
+mod gpi;
+mod imitated;
 mod random;
+mod softened;
 mod tabular;
 mod trained;
 
@@ -11,7 +14,11 @@ use ivx_data::Misfit;
 use ivx_op::{Parts, family};
 use ivx_world::Spec;
 
+pub use gpi::Gpi;
+pub use imitated::Imitated;
+pub(crate) use imitated::known;
 pub use random::Random;
+pub use softened::Softened;
 pub use tabular::Tabular;
 pub use trained::Trained;
 
@@ -29,7 +36,7 @@ pub trait Actor: Debug + Send + Sync {
     ///
     /// # Errors
     /// Why there can be nobody.
-    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting>, Misfit>;
+    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit>;
 }
 
 family!(dyn Actor, "Actor", actors);
@@ -40,6 +47,9 @@ pub(super) fn actors() -> &'static Parts<dyn Actor> {
             .with(|x: Trained| Box::new(x))
             .with(|x: Random| Box::new(x))
             .with(|x: Tabular| Box::new(x))
+            .with(|x: Softened| Box::new(x))
+            .with(|x: Imitated| Box::new(x))
+            .with(|x: Gpi| Box::new(x))
     });
     &TABLE
 }

@@ -25,7 +25,7 @@ impl Actor for Random {
         }
     }
 
-    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting>, Misfit> {
+    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {
         self.fits(spec)?;
         Ok(Box::new(Drawn { does: spec.does.clone() }))
     }

@@ -27,7 +27,7 @@ impl Actor for Tabular {
         }
     }
 
-    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting>, Misfit> {
+    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {
         self.fits(spec)?;
         let (Some((n, width)), Actions::Discrete(actions)) =
             (finite(&spec.sees, &spec.does), &spec.does)

@@ -20,7 +20,7 @@ impl Actor for Trained {
         self.agent.spec.same(spec)
     }
 
-    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting>, Misfit> {
+    fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {
         self.fits(spec)?;
         Ok(self.agent.open())
     }

@@ -120,7 +120,8 @@ impl Learning for Learner<'_> {
 
     fn agent(&self) -> Agent {
         let acts = if self.how.greedy { Choice::Likeliest } else { Choice::Sampled };
-        Agent { acts, nets: self.live.networks(), spec: self.spec.clone() }
+        let (nets, spec) = (self.live.networks(), self.spec.clone());
+        Agent { acts, nets, spec, knows: Vec::new() }
     }
 
     fn losses(&mut self) -> &mut Means {

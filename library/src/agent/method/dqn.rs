@@ -67,9 +67,34 @@ impl Dqn {
         }
         ivx_nn::headed(&*self.net, &sight(&spec.sees), &[n])
     }
+
+    /// What it has seen, to be learned from again.
+    pub(super) fn replay(&self, setting: &Setting<'_>) -> Replay {
+        let (kept, ahead) = ((self.replay, setting.lanes), (self.n_step, self.discount));
+        Replay::new(&setting.spec.sees, kept, ahead)
+    }
+
+    /// How it tries what does not look best.
+    pub(super) fn exploring<'a>(&'a self, ctx: &Ctx<'a>) -> Explore<'a> {
+        Explore {
+            epsilon: &*self.epsilon,
+            over: self.explore,
+            warm_up: self.warm_up,
+            rng: ctx.rng("explore", &[]),
+        }
+    }
+
+    /// How many updates there are to be after `t` steps.
+    pub(super) fn due(&self, t: u64) -> u64 {
+        t.checked_sub(self.warm_up).map_or(0, |t| t / self.every + 1)
+    }
 }
 
 impl Method for Dqn {
+    fn replayed(&self) -> Option<&Self> {
+        Some(self)
+    }
+
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
         self.module(setting.spec).map(drop)
     }
@@ -99,17 +124,8 @@ impl Method for Dqn {
             how: self,
             descent: Descent::new(&live, &["q"], rule),
             live,
-            replay: Replay::new(
-                &spec.sees,
-                (self.replay, setting.lanes),
-                (self.n_step, self.discount),
-            ),
-            explore: Explore {
-                epsilon: &*self.epsilon,
-                over: self.explore,
-                warm_up: self.warm_up,
-                rng: ctx.rng("explore", &[]),
-            },
+            replay: self.replay(setting),
+            explore: self.exploring(ctx),
             spec: spec.clone(),
             draws: ctx.rng("replay", &[]),
             follow: self.target.rule(),
@@ -158,10 +174,7 @@ impl Learning for Learner<'_> {
     }
 
     fn learn(&mut self, t: u64) {
-        if t < self.how.warm_up {
-            return;
-        }
-        let due = (t - self.how.warm_up) / self.how.every + 1;
+        let due = self.how.due(t);
         while self.descent.done() < due {
             self.update();
         }
@@ -172,7 +185,8 @@ impl Learning for Learner<'_> {
     }
 
     fn agent(&self) -> Agent {
-        Agent { acts: Choice::Greedy, nets: self.live.networks(), spec: self.spec.clone() }
+        let (nets, spec) = (self.live.networks(), self.spec.clone());
+        Agent { acts: Choice::Greedy, nets, spec, knows: Vec::new() }
     }
 
     fn losses(&mut self) -> &mut Means {

@@ -3,9 +3,13 @@
 mod a2c;
 mod bc;
 mod dqn;
+mod inferred;
+mod itd;
 mod means;
 mod on_policy;
 mod ppo;
+mod preferences;
+mod psi_phi;
 mod target;
 
 use std::fmt::Debug;
@@ -18,8 +22,12 @@ use ivx_world::{Acts, Spec, Step};
 pub use a2c::A2c;
 pub use bc::Bc;
 pub use dqn::{Dqn, q_loss, q_target};
+pub use inferred::Inferred;
+pub use itd::Itd;
 pub use means::Means;
 pub use ppo::Ppo;
+pub use preferences::NewTask;
+pub use psi_phi::PsiPhi;
 
 use super::agent::Agent;
 use super::learn::{Counted, Span};
@@ -61,6 +69,11 @@ pub trait Method: Debug + Send + Sync {
     /// Whether it learns by acting. Who does not makes an update for each step that it could take.
     fn acts(&self) -> bool {
         true
+    }
+
+    /// Itself, where it learns values from steps that are kept.
+    fn replayed(&self) -> Option<&Dqn> {
+        None
     }
 
     /// An agent that has learned nothing yet.
@@ -107,6 +120,10 @@ fn methods() -> &'static Parts<dyn Method> {
             .with(|x: Ppo| Box::new(x))
             .with(|x: A2c| Box::new(x))
             .with(|x: Bc| Box::new(x))
+            .with(|x: Itd| Box::new(x))
+            .with(|x: PsiPhi| Box::new(x))
+            .with(|x: NewTask| Box::new(x))
+            .with(|x: Inferred| Box::new(x))
     });
     &TABLE
 }

@@ -362,7 +362,7 @@ impl Learning for OnPolicy<'_> {
 
     fn agent(&self) -> Agent {
         let spec = self.paths.spec.clone();
-        Agent { acts: Choice::Sampled, nets: self.live.networks(), spec }
+        Agent { acts: Choice::Sampled, nets: self.live.networks(), spec, knows: Vec::new() }
     }
 
     fn losses(&mut self) -> &mut Means {
