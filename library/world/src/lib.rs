@@ -20,6 +20,7 @@ mod luck;
 mod mapped;
 mod minatar;
 mod observe;
+mod paint;
 mod reward;
 mod reward_at;
 mod sample;
