@@ -1,4 +1,4 @@
-//! What operations hand to each other: data, episodes, decisions and beliefs.
+//! What operations hand to each other: data, episodes, decisions, beliefs and pictures.
 
 mod actions;
 mod columns;
@@ -8,6 +8,7 @@ mod demonstrations;
 pub mod form;
 mod misfit;
 mod outputs;
+mod picture;
 mod posterior;
 mod rollouts;
 mod trajectories;
@@ -20,6 +21,7 @@ pub use decision::Decision;
 pub use demonstrations::Demonstrations;
 pub use misfit::{Misfit, sizes_told};
 pub use outputs::{Blob, Outputs};
+pub use picture::{Outline, Picture, Place, Shape};
 pub use posterior::Posterior;
 pub use rollouts::Rollouts;
 pub use trajectories::{Trajectories, same_world, shown_by, tell, told_by, world_shapes};

@@ -2,7 +2,7 @@
 
 use ivx_data::{Episode, Rollouts, Walks};
 use ivx_op::{Ctx, Figure, One, Op, OpError, declare, shown};
-use ivx_world::{Env, Finite, Mdp, Paid, world_is_finite};
+use ivx_world::{Env, Finite, Mdp, world_is_finite};
 
 use super::drawing::{Axis, Drawing, Form, Mark, Series, Stroke, Tint};
 use super::page::count;
@@ -41,12 +41,12 @@ impl Op for Paths {
         let rows = n.div_ceil(columns);
         let place = |s: usize| (count(s % columns), count(rows - 1 - s / columns));
         let is_wall = |s| self.r#in.finite().is_some_and(|finite| finite.is_wall(s));
-        let usual = usual(&mdp, is_wall);
+        let notable = mdp.notable(is_wall);
         let cells = (0..n).flat_map(|s| {
             if is_wall(s) {
                 wall(place(s))
             } else {
-                cell(&mdp, s, usual, place(s), columns <= ROOM)
+                cell(mdp.terminal[s], notable[s], place(s), columns <= ROOM)
             }
         });
         let cells = cells.collect();
@@ -92,15 +92,6 @@ fn apart(i: usize) -> f64 {
     [0.0, 0.12, -0.12, 0.24, -0.24, 0.36, -0.36][i % 7]
 }
 
-/// What coming to most cells pays that end no episode, where it is said of each.
-fn usual(mdp: &Mdp, is_wall: impl Fn(usize) -> bool) -> Option<f64> {
-    let Paid::Coming(pays) = &mdp.paid else { return None };
-    let open = (0..pays.len()).filter(|s| !mdp.terminal[*s] && !is_wall(*s)).map(|s| pays[s]);
-    let mut open: Vec<f64> = open.collect();
-    open.sort_by(f64::total_cmp);
-    open.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map(|same| same[0])
-}
-
 /// A cell that nobody comes to.
 fn wall(at: (f64, f64)) -> Vec<Mark> {
     let (size, form, text) = ((1.0, 1.0), Form::Rectangle, String::new());
@@ -108,12 +99,8 @@ fn wall(at: (f64, f64)) -> Vec<Mark> {
 }
 
 /// A cell, and what it pays, if that is not the usual: in its lower corner where there is room.
-fn cell(mdp: &Mdp, state: usize, usual: Option<f64>, at: (f64, f64), has_room: bool) -> Vec<Mark> {
-    let pays = match &mdp.paid {
-        Paid::Coming(pays) => Some(pays[state]).filter(|pays| Some(*pays) != usual),
-        _ => mdp.terminal[state].then(|| entered(mdp, state)).flatten(),
-    };
-    let tint = match (mdp.terminal[state], pays) {
+fn cell(ends: bool, pays: Option<f64>, at: (f64, f64), has_room: bool) -> Vec<Mark> {
+    let tint = match (ends, pays) {
         (_, Some(pays)) if pays != 0.0 => Tint::of(pays),
         (true, _) => Tint::Grey,
         (false, _) => Tint::White,
@@ -127,13 +114,6 @@ fn cell(mdp: &Mdp, state: usize, usual: Option<f64>, at: (f64, f64), has_room: b
     let corner = if has_room { (at.0 + left, at.1 - 0.45) } else { (at.0, at.1 - 0.4) };
     marks.extend(pays.map(|pays| Mark::Text(corner.0, corner.1, pays)));
     marks
-}
-
-/// What coming to a state pays, where that can be read off a step that leads there for certain.
-fn entered(mdp: &Mdp, state: usize) -> Option<f64> {
-    let pairs = (0..mdp.n_states()).flat_map(|s| (0..mdp.n_actions()).map(move |a| (s, a)));
-    let mut leads = pairs.filter(|&(s, a)| s != state && mdp.next(s, a)[state] == 1.0);
-    leads.next().map(|(s, a)| mdp.reward(s, a))
 }
 
 fn path(episode: &Episode, by: f64, place: impl Fn(usize) -> (f64, f64)) -> Series {

@@ -1,11 +1,12 @@
 //! A grid with coins of three colours.
 
 use ivx_data::form::failed;
-use ivx_data::{Field, Kind, Misfit};
+use ivx_data::{Field, Kind, Misfit, Outline, Picture, Shape};
 use ivx_op::{Facts, OpError, Wrong, declare};
 
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use crate::paint;
 use ivx_data::{Act, Actions, End};
 
 declare! {
@@ -57,6 +58,10 @@ impl Env for CoinGrid {
         let pays = task(&self.pays).map_err(failed)?;
         let state = Coins::default();
         Ok(Box::new(Collecting { pays, coins: self.coins, walls: self.walls, state }))
+    }
+
+    fn is_drawn(&self) -> bool {
+        true
     }
 
     fn pays(&self) -> bool {
@@ -143,6 +148,30 @@ impl Coins {
         }
     }
 
+    /// Walls, coins as discs of their colours, and the agent as a triangle whose tip is where it faces.
+    fn picture(&self) -> Picture {
+        let cells = |mask| (0..CELLS).filter(move |cell| has(mask, *cell));
+        let mut shapes = vec![paint::floor(SIDE, SIDE)];
+        shapes.extend(paint::lines(SIDE, SIDE));
+        shapes.extend(cells(self.walls).map(|wall| paint::cell(wall, SIDE, paint::WALL)));
+        for (coins, colour) in self.coins.into_iter().zip(COLOURS) {
+            shapes.extend(cells(coins).map(|coin| Shape {
+                outline: Outline::Circle(paint::middle(coin, SIDE), 0.3),
+                colour,
+            }));
+        }
+        let [x, y] = paint::middle(self.at, SIDE);
+        let (ahead, aside) = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+            .map(|(dx, dy)| ([dx, dy], [-dy, dx]))[self.faces];
+        let corner = |along: f64, across: f64| {
+            [x + along * ahead[0] + across * aside[0], y + along * ahead[1] + across * aside[1]]
+        };
+        let outline =
+            Outline::Polygon(vec![corner(0.38, 0.0), corner(-0.3, 0.3), corner(-0.3, -0.3)]);
+        shapes.push(Shape { outline, colour: paint::AGENT });
+        Picture { size: [7.0; 2], shapes }
+    }
+
     /// The cell in front of the agent.
     fn ahead(&self) -> usize {
         match self.faces {
@@ -181,6 +210,9 @@ impl Coins {
         }
     }
 }
+
+/// Those of green, red and yellow coins, which readers tell apart who see less of colours (Okabe and Ito).
+const COLOURS: [[u8; 3]; 3] = [[0, 158, 115], [213, 94, 0], [240, 200, 40]];
 
 const fn border() -> u64 {
     let (mut mask, mut cell) = (0, 0);
@@ -240,6 +272,11 @@ impl World for Collecting {
         let reward =
             collected.iter().zip(self.pays).map(|(one, pays)| f64::from(*one) * pays).sum();
         (reward, if self.state.coins == [0; 3] { End::Terminal } else { End::No })
+    }
+
+    fn draw(&self) -> Option<Picture> {
+        // Before the first episode there is no border.
+        (self.state.walls != 0).then(|| self.state.picture())
     }
 }
 
@@ -321,6 +358,33 @@ mod tests {
             |channel: usize| apart[channel * CELLS..][..CELLS].iter().position(|bit| *bit == 1);
         assert_eq!((cells(4), cells(5)), (Some(8), Some(9)));
         assert_eq!(apart[4 * CELLS..].iter().sum::<u8>(), 2);
+    }
+
+    #[test]
+    fn a_picture_has_everything_in_its_place() {
+        let at = |faces| {
+            let state = Coins { faces, ..corner() };
+            Collecting { pays: [0.0; 3], coins: 1, walls: 1, state }.draw().unwrap()
+        };
+        let picture = at(0);
+        let of = |colour| picture.shapes.iter().filter(move |shape| shape.colour == colour);
+        let outline = |colour| of(colour).map(|shape| &shape.outline).collect::<Vec<_>>();
+        let [green, red, yellow] = COLOURS.map(outline);
+        let disc = |x, y| Outline::Circle([x, y], 0.3);
+        assert_eq!(green, [&disc(2.5, 1.5)]);
+        assert_eq!(red, [&disc(2.5, 2.5)]);
+        assert_eq!(yellow, [&disc(3.5, 1.5)]);
+        assert_eq!(of(paint::WALL).count(), 25);
+        assert!(outline(paint::WALL).contains(&&Outline::rectangle([4.5, 1.5], [1.0; 2], 0.0)));
+        assert_eq!((picture.size, picture.shapes.len()), ([7.0; 2], 1 + 16 + 25 + 3 + 1));
+        // Its tip is where it faces.
+        let tips = [0, 1, 2, 3].map(|faces| match &at(faces).shapes.last().unwrap().outline {
+            Outline::Polygon(corners) => corners[0],
+            other => panic!("{other:?}"),
+        });
+        assert_eq!(tips, [[1.88, 1.5], [1.5, 1.88], [1.12, 1.5], [1.5, 1.12]]);
+        let unborn = CoinGrid { pays: vec![1.0, 1.0], coins: 2, walls: 0, limit: 120 };
+        assert!(unborn.open().unwrap().draw().is_none());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use ivx_data::{Act, Actions, Columns, End, Field, Misfit, Values, same_world};
+use ivx_data::{Act, Actions, Columns, End, Field, Misfit, Picture, Values, same_world};
 use ivx_op::OpError;
 use serde::{Deserialize, Serialize};
 
@@ -102,6 +102,11 @@ pub trait World: Send {
     ///
     /// The limit of [`Spec`] is counted by whoever steps it.
     fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End);
+
+    /// A picture of it as it stands: of every state after [`World::reset`], where [`Env::is_drawn`] says so.
+    fn draw(&self) -> Option<Picture> {
+        None
+    }
 }
 
 /// An environment, as a spec names it.
@@ -130,6 +135,11 @@ pub trait Env: Debug + Send + Sync {
     /// Itself, where it is a table of states.
     fn finite(&self) -> Option<&dyn Finite> {
         None
+    }
+
+    /// Whether its worlds give pictures of themselves.
+    fn is_drawn(&self) -> bool {
+        false
     }
 
     /// Whether it ever pays anything: without, there is nothing to be learned from its rewards.

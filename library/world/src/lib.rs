@@ -20,9 +20,11 @@ mod luck;
 mod mapped;
 mod minatar;
 mod observe;
+mod paint;
 mod reward;
 mod reward_at;
 mod sample;
+mod scene;
 mod sinusoids;
 mod support_distance;
 mod twister;
@@ -62,6 +64,7 @@ pub use observe::Observe;
 pub use reward::Own;
 pub use reward_at::RewardAt;
 pub use sample::Sample;
+pub use scene::Scene;
 pub use sinusoids::Sinusoids;
 pub use support_distance::SupportDistance;
 pub use worlds::Worlds;
@@ -244,4 +247,5 @@ pub fn register(registry: Registry) -> Registry {
         .op::<SupportDistance>()
         .op::<Transitions>()
         .op::<DrivingActions>()
+        .op::<Scene>()
 }

@@ -1,5 +1,6 @@
 //! Worlds that are tables of states.
 
+mod cells;
 mod chain;
 mod given;
 mod goal_world;
@@ -10,7 +11,7 @@ mod rewarded;
 
 use std::fmt::Debug;
 
-use ivx_data::{Field, Kind, Misfit};
+use ivx_data::{Field, Kind, Misfit, Picture};
 use ivx_op::{Facts, OpError, Wrong};
 
 pub use chain::Chain;
@@ -23,6 +24,7 @@ pub use rewarded::{Rewarded, Taken};
 
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use cells::Cells;
 use ivx_data::{Act, Actions, End};
 
 /// A finite Markov decision process, as a spec names it.
@@ -64,11 +66,17 @@ impl<T: Finite> Env for T {
     }
 
     fn open(&self) -> Result<Box<dyn World>, OpError> {
-        Ok(Box::new(Walk { mdp: self.mdp()?, state: 0 }))
+        let mdp = self.mdp()?;
+        let cells = Cells::of(self, mdp.n_states());
+        Ok(Box::new(Walk { mdp, state: 0, cells }))
     }
 
     fn finite(&self) -> Option<&dyn Finite> {
         Some(self)
+    }
+
+    fn is_drawn(&self) -> bool {
+        self.columns().is_some()
     }
 
     fn pays(&self) -> bool {
@@ -80,6 +88,7 @@ impl<T: Finite> Env for T {
 struct Walk {
     mdp: Mdp,
     state: usize,
+    cells: Option<Cells>,
 }
 
 impl World for Walk {
@@ -94,6 +103,10 @@ impl World for Walk {
         let reward = self.mdp.paid(state, action, self.state);
         row.index(0, self.state);
         (reward, if self.mdp.terminal[self.state] { End::Terminal } else { End::No })
+    }
+
+    fn draw(&self) -> Option<Picture> {
+        Some(self.cells.as_ref()?.picture(&self.mdp, self.state))
     }
 }
 

@@ -1,8 +1,10 @@
 //! Traffic as a world: an agent acts in it, sees its nearest cars, and is told what they saw and did.
 
-use ivx_data::{Act, End, Field, Kind, Misfit};
+use ivx_data::{Act, End, Field, Kind, Misfit, Picture};
 
 use super::choices::Choices;
+use super::drawn::{Window, picture};
+use super::lane::Point;
 use super::release::Release;
 use super::seen::Sight;
 use super::traffic::Traffic;
@@ -25,6 +27,9 @@ pub(super) trait Scene: Send {
 
     /// What a step pays after which traffic is this, and whether the episode is over; and what is told of it.
     fn pays(&mut self, traffic: &Traffic, act: usize, tells: &mut [f32]) -> (f64, bool);
+
+    /// What a picture shows where the agent is at this place.
+    fn window(&self, traffic: &Traffic, agent: Point) -> Window;
 }
 
 /// How a world of traffic is stepped and seen.
@@ -157,6 +162,11 @@ impl<S: Scene> World for Episode<S> {
         self.show(row);
         (pays, if over || late { End::Terminal } else { End::No })
     }
+
+    fn draw(&self) -> Option<Picture> {
+        let agent = self.traffic.vehicles.first()?;
+        Some(picture(&self.traffic, self.scene.window(&self.traffic, agent.at)))
+    }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "what is seen has single precision")]
@@ -172,7 +182,7 @@ pub(super) fn release(version: &str) -> Result<&'static Release, Misfit> {
 
 #[cfg(test)]
 mod tests {
-    use ivx_data::{Columns, Values};
+    use ivx_data::{Columns, Outline, Values};
 
     use super::*;
     use crate::env::Env;
@@ -229,6 +239,41 @@ mod tests {
             assert_ne!(episode(&mut *world, &spec, 3, 6), first);
             assert_eq!(episode(&mut *world, &spec, 1, 5), first);
         }
+    }
+
+    /// The agent is where its window has it: 20 m from the left on a highway, and at (2, 45) about the roundabout.
+    #[test]
+    fn pictures_are_taken_about_the_agent() {
+        let first = |env: &dyn Env, acts: usize| {
+            let spec = env.spec().unwrap();
+            let mut world = env.open().unwrap();
+            assert!(env.is_drawn() && world.draw().is_none());
+            let mut seen = Columns::zeros(spec.sees.clone(), 1);
+            let (mut luck, mut told) = (Luck::numpy(1), vec![0.0; spec.tells.len()]);
+            world.reset(&mut luck, &mut Row::of(&mut seen, 0, &mut told));
+            for _ in 0..acts {
+                world.step(Act::Index(2), &mut luck, &mut Row::of(&mut seen, 0, &mut told));
+            }
+            let picture = world.draw().unwrap();
+            let Outline::Polygon(car) = &picture.shapes.last().unwrap().outline else {
+                panic!("a car")
+            };
+            let middle = [0, 1].map(|d| car.iter().map(|corner| corner[d]).sum::<f64>() / 4.0);
+            (picture.size, middle)
+        };
+        for acts in [0, 3] {
+            let (size, [x, y]) = first(&on_highway("multi", "1.1"), acts);
+            assert_eq!(size, [100.0, 20.0]);
+            assert!((x - 20.0).abs() < 1e-9 && (3.0..17.0).contains(&y), "{x} {y}");
+        }
+        let (size, [x, y]) = first(&on_roundabout("exit", "1.1"), 0);
+        assert_eq!(size, [120.0; 2]);
+        assert!((x - 62.0).abs() < 1e-9 && (y - 105.0).abs() < 1e-9, "{x} {y}");
+        // It is kept within 50 m of the middle of what is shown.
+        let scene = on_roundabout("exit", "1.1");
+        let traffic = Traffic::new(super::super::roads::roundabout(), Release::of("1.1").unwrap());
+        let window = |at| scene.terms().unwrap().1.window(&traffic, at);
+        assert_eq!(window([0.0, 80.0]), Window { low: [-60.0, -30.0], size: [120.0; 2] });
     }
 
     /// In the release of 2021 an episode is over in time; in the later one it is cut off by who counts.

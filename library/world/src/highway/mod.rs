@@ -6,6 +6,7 @@
 
 mod choices;
 mod collision;
+mod drawn;
 mod driver;
 mod driving_actions;
 mod episode;

@@ -5,8 +5,10 @@ use ivx_data::form::failed;
 use ivx_op::{Facts, One, OpError, Wrong, declare};
 
 use super::choices::Choices;
+use super::drawn::Window;
 use super::driver::Driver;
 use super::episode::{Episode, RATE, Scene, Terms, release, single};
+use super::lane::{Point, WIDTH};
 use super::roads::highway;
 use super::seen::Sight;
 use super::steering::Cruise;
@@ -151,7 +153,7 @@ impl Highway {
         };
         let (far, fast) = release.scale;
         #[expect(clippy::cast_precision_loss, reason = "a few lanes")]
-        let wide = super::lane::WIDTH * self.lanes as f64;
+        let wide = WIDTH * self.lanes as f64;
         let sight = Sight { others: OTHERS, absolute: false, scale: Some([far, wide, fast, fast]) };
         let frames = if task == Task::Original { RATE } else { self.frames };
         let limit = self.seconds * RATE / frames;
@@ -169,6 +171,10 @@ impl Env for Highway {
         let (terms, scene) = self.terms().map_err(failed)?;
         let traffic = Traffic::new(highway(self.lanes, terms.release), terms.release);
         Ok(Box::new(Episode::new(terms, scene, traffic)))
+    }
+
+    fn is_drawn(&self) -> bool {
+        true
     }
 }
 
@@ -261,6 +267,14 @@ impl Scene for OnHighway {
         tells.copy_from_slice(&[flag(car.crashed), flag(!on_road), single(car.speed), lane]);
         let over = car.crashed || self.task != Task::Original && !on_road;
         (paid(traffic, self.goal), over)
+    }
+
+    /// 20 m behind the agent and 80 m ahead, all lanes and 2 m beside them; more where the agent has left the road.
+    fn window(&self, traffic: &Traffic, [x, y]: Point) -> Window {
+        let beside = WIDTH / 2.0 + 2.0;
+        let last = traffic.network.lanes[traffic.network.lanes.len() - 1].point([0.0, 0.0])[1];
+        let (top, bottom) = ((y - 4.0).min(-beside), (y + 4.0).max(last + beside));
+        Window { low: [x - 20.0, top], size: [100.0, bottom - top] }
     }
 }
 

@@ -7,8 +7,10 @@ use ivx_data::form::failed;
 use ivx_op::{Facts, One, OpError, Wrong, declare};
 
 use super::choices::Choices;
+use super::drawn::Window;
 use super::driver::Driver;
 use super::episode::{Episode, RATE, Scene, Terms, release, single};
+use super::lane::Point;
 use super::network::Network;
 use super::roads::roundabout;
 use super::seen::Sight;
@@ -103,7 +105,7 @@ fn is_original(task: &str) -> Result<bool, Misfit> {
 }
 
 impl Roundabout {
-    fn terms(&self) -> Result<(Terms, OnRoundabout), Misfit> {
+    pub(super) fn terms(&self) -> Result<(Terms, OnRoundabout), Misfit> {
         let (original, release) = (is_original(&self.task)?, release(&self.release)?);
         let choices = match (&self.actions, original) {
             (None, true) => Choices::Meta,
@@ -134,6 +136,10 @@ impl Env for Roundabout {
         let (terms, scene) = self.terms().map_err(failed)?;
         let traffic = Traffic::new(roundabout(), terms.release);
         Ok(Box::new(Episode::new(terms, scene, traffic)))
+    }
+
+    fn is_drawn(&self) -> bool {
+        true
     }
 }
 
@@ -208,6 +214,11 @@ impl Scene for OnRoundabout {
             Some(_) if car.crashed || !on_road => (-1.0, true),
             Some(way) => (way.advanced(traffic), exit > 0),
         }
+    }
+
+    /// 60 m each way from the middle of the roundabout; or from as near to it as has the agent within 50 m.
+    fn window(&self, _: &Traffic, agent: Point) -> Window {
+        Window { low: agent.map(|x| x - x.clamp(-50.0, 50.0) - 60.0), size: [120.0; 2] }
     }
 }
 
