@@ -7,7 +7,7 @@ use ivx_data::form::failed;
 use ivx_data::{Columns, Demonstrations, Rollouts, Values, same_world};
 use ivx_nn::Live;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
-use ivx_world::Acts;
+use ivx_world::{Acts, Env, Luck, Row};
 
 use super::agent::{Acting, Agent, Choice};
 use super::demonstrate::seen_before;
@@ -159,6 +159,51 @@ impl Op for MatchedCumulants {
             .collect();
         let told = Dim::new("told", Labels::Names(on.tells.clone()));
         Ok(Array::series(told, matched(&sizes)))
+    }
+}
+
+declare! {
+    /// What an agent thinks that entering each cell of a world's grid means, cumulant by cumulant (Figs. 4.7, B.6): the
+    /// mean over the ways into a cell at the start of an episode, the first of those in which `evaluate` lets an agent
+    /// act on the same seed, which `scene` shows. Cells that nothing enters are 0.
+    ///
+    /// The thesis has a number a square and does not say of which action; that the square is entered is ours.
+    pub struct CumulantMap = "cumulant_map" @ 1, stochastic -> Array [cumulant, row, column] {
+        /// An agent that learned by `itd` or `psi_phi`.
+        of: One<Agent>;
+        /// The world.
+        r#in: Box<dyn Env>;
+    }
+}
+
+impl Op for CumulantMap {
+    fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
+        explains(&self.of)?;
+        let spec = self.r#in.spec().map_err(failed)?;
+        self.of.spec.same(&spec).map_err(failed)?;
+        let mut world = self.r#in.open()?;
+        let (mut seen, mut told) = (Columns::zeros(spec.sees, 1), vec![0.0; spec.tells.len()]);
+        world.reset(&mut Luck::of(ctx, "evaluate", 0, 0), &mut Row::of(&mut seen, 0, &mut told));
+        let Some(entries) = world.entries() else {
+            return Err(OpError::Failed(
+                "this world is no grid of cells that are entered".to_owned(),
+            ));
+        };
+        let live = Live::of(&self.of.nets);
+        live.graph.begin();
+        let phi = live.graph.value(cumulants(&live, &entries.seen, &entries.acts));
+        let (n, [rows, columns]) = (entries.acts.len(), entries.sides);
+        let width = phi.len() / n;
+        let mut values = vec![0.0; width * rows * columns];
+        for (cell, phi) in entries.cells.iter().zip(phi.chunks_exact(width)) {
+            let ways = entries.cells.iter().filter(|other| *other == cell).count();
+            for (i, x) in phi.iter().enumerate() {
+                values[i * rows * columns + cell] += f64::from(*x) / ivx_math::moments::real(ways);
+            }
+        }
+        let dims =
+            vec![numbered("cumulant", width), numbered("row", rows), numbered("column", columns)];
+        Ok(Array { dims, values })
     }
 }
 

@@ -21,11 +21,11 @@ mod watch;
 use ivx_op::Registry;
 
 pub use act::{Act, Returns};
-pub use actor::{Actor, Gpi, Imitated, Random, Softened, Tabular, Trained};
+pub use actor::{Actor, Gpi, Imitated, Noisy, Random, Softened, Tabular, Trained};
 pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};
-pub use explained::{Imitation, LearnedPreferences, MatchedCumulants};
+pub use explained::{CumulantMap, Imitation, LearnedPreferences, MatchedCumulants};
 pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
 pub use method::{
     A2c, Bc, Dqn, Inferred, Itd, Learning, Means, Method, NewTask, Ppo, PsiPhi, Setting, q_loss,
@@ -60,5 +60,6 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Imitation>()
         .op::<LearnedPreferences>()
         .op::<MatchedCumulants>()
+        .op::<CumulantMap>()
         .op::<Returns>()
 }

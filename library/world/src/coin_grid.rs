@@ -1,13 +1,12 @@
 //! A grid with coins of three colours.
 
 use ivx_data::form::failed;
-use ivx_data::{Field, Kind, Misfit, Outline, Picture, Shape};
+use ivx_data::{Act, Actions, Columns, End, Field, Kind, Misfit, Outline, Picture, Shape};
 use ivx_op::{Facts, OpError, Wrong, declare};
 
-use crate::env::{Env, Row, Spec, World};
+use crate::env::{Entries, Env, Row, Spec, World};
 use crate::luck::Luck;
 use crate::paint;
-use ivx_data::{Act, Actions, End};
 
 declare! {
     /// CoinGrid: a walled grid of 7 × 7 cells with coins of three colours (§B.1.3, Example 4.1). The agent turns left,
@@ -47,7 +46,7 @@ impl Env for CoinGrid {
     fn spec(&self) -> Result<Spec, Misfit> {
         task(&self.pays)?;
         Ok(Spec {
-            sees: vec![Field::new("grid", &[self.masks(), SIDE, SIDE], Kind::Bit)],
+            sees: vec![self.field()],
             does: Actions::named(&["LEFT", "RIGHT", "FORWARD"]),
             tells: ["green", "red", "yellow"].map(str::to_owned).to_vec(),
             limit: Some(self.limit),
@@ -57,7 +56,13 @@ impl Env for CoinGrid {
     fn open(&self) -> Result<Box<dyn World>, OpError> {
         let pays = task(&self.pays).map_err(failed)?;
         let state = Coins::default();
-        Ok(Box::new(Collecting { pays, coins: self.coins, walls: self.walls, state }))
+        Ok(Box::new(Collecting {
+            sees: self.field(),
+            pays,
+            coins: self.coins,
+            walls: self.walls,
+            state,
+        }))
     }
 
     fn is_drawn(&self) -> bool {
@@ -70,8 +75,8 @@ impl Env for CoinGrid {
 }
 
 impl CoinGrid {
-    fn masks(&self) -> usize {
-        if self.front_apart { 6 } else { 5 }
+    fn field(&self) -> Field {
+        Field::new("grid", &[if self.front_apart { 6 } else { 5 }, SIDE, SIDE], Kind::Bit)
     }
 }
 
@@ -252,6 +257,7 @@ impl Places {
 
 /// A grid while its coins are collected.
 struct Collecting {
+    sees: Field,
     pays: [f64; 3],
     coins: usize,
     walls: usize,
@@ -272,6 +278,33 @@ impl World for Collecting {
         let reward =
             collected.iter().zip(self.pays).map(|(one, pays)| f64::from(*one) * pays).sum();
         (reward, if self.state.coins == [0; 3] { End::Terminal } else { End::No })
+    }
+
+    fn entries(&self) -> Option<Entries> {
+        let mut entries = Entries {
+            sides: [SIDE; 2],
+            cells: Vec::new(),
+            seen: Columns::zeros(vec![self.sees.clone()], 0),
+            acts: Vec::new(),
+        };
+        let free = |cell: &usize| !has(self.state.walls, *cell);
+        for (cell, faces) in (0..CELLS).filter(free).flat_map(|cell| (0..4).map(move |f| (cell, f)))
+        {
+            // From behind, where that is no wall.
+            let back = Coins { at: cell, faces: (faces + 2) % 4, ..self.state };
+            let at = back.ahead();
+            // What was there is collected.
+            let coins = self.state.coins.map(|coins| coins & !(1 << at));
+            let from = Coins { at, faces, coins, ..self.state };
+            if free(&at) {
+                entries.seen.resize(entries.acts.len() + 1);
+                let mut none = [];
+                from.show(Row::of(&mut entries.seen, entries.acts.len(), &mut none).bytes(0));
+                entries.cells.push(cell);
+                entries.acts.push(2);
+            }
+        }
+        Some(entries)
     }
 
     fn draw(&self) -> Option<Picture> {
@@ -311,8 +344,13 @@ mod tests {
         };
         let spec = env.spec().unwrap();
         assert_eq!(spec.does, Actions::named(&STEPS));
-        let mut world =
-            Collecting { pays: task(&env.pays).unwrap(), coins: 1, walls: 1, state: corner() };
+        let mut world = Collecting {
+            sees: env.field(),
+            pays: task(&env.pays).unwrap(),
+            coins: 1,
+            walls: 1,
+            state: corner(),
+        };
         let mut seen = Columns::zeros(spec.sees, 1);
         let mut luck = Luck::numpy(0);
         let none = [0.0; 3];
@@ -364,7 +402,15 @@ mod tests {
     fn a_picture_has_everything_in_its_place() {
         let at = |faces| {
             let state = Coins { faces, ..corner() };
-            Collecting { pays: [0.0; 3], coins: 1, walls: 1, state }.draw().unwrap()
+            Collecting {
+                sees: Field::new("grid", &[5, SIDE, SIDE], Kind::Bit),
+                pays: [0.0; 3],
+                coins: 1,
+                walls: 1,
+                state,
+            }
+            .draw()
+            .unwrap()
         };
         let picture = at(0);
         let of = |colour| picture.shapes.iter().filter(move |shape| shape.colour == colour);
@@ -383,8 +429,30 @@ mod tests {
             other => panic!("{other:?}"),
         });
         assert_eq!(tips, [[1.88, 1.5], [1.5, 1.88], [1.12, 1.5], [1.5, 1.12]]);
-        let unborn = CoinGrid { pays: vec![1.0, 1.0], coins: 2, walls: 0, limit: 120 };
+        let unborn =
+            CoinGrid { pays: vec![1.0, 1.0], coins: 2, walls: 0, limit: 120, front_apart: false };
         assert!(unborn.open().unwrap().draw().is_none());
+    }
+
+    #[test]
+    fn a_cell_is_entered_from_those_beside_it() {
+        let env = CoinGrid { pays: vec![1.0; 2], coins: 1, walls: 1, limit: 9, front_apart: true };
+        let world =
+            Collecting { sees: env.field(), pays: [1.0; 3], coins: 1, walls: 1, state: corner() };
+        let entries = world.entries().unwrap();
+        // 24 free cells of a square of five: 80 ways, without the six of the wall at the border.
+        assert_eq!((entries.sides, entries.acts.len(), entries.seen.len()), ([7, 7], 74, 74));
+        // Into the red coin from the west, the north and the south; from the north with what was in the way.
+        let into: Vec<usize> = (0..74).filter(|i| entries.cells[*i] == 16).collect();
+        let Values::U8(bits) = entries.seen.values(0) else { panic!("bits") };
+        let ones = |row: usize, mask: usize| -> Vec<usize> {
+            let bits = &bits[(row * 6 + mask) * CELLS..][..CELLS];
+            (0..CELLS).filter(|cell| bits[*cell] == 1).collect()
+        };
+        let from: Vec<usize> = into.iter().map(|row| ones(*row, 4)[0]).collect();
+        assert_eq!(from, [15, 9, 17, 23]);
+        assert!(into.iter().all(|row| ones(*row, 5) == [16] && ones(*row, 1) == [16]));
+        assert_eq!(into.iter().map(|row| ones(*row, 0).len()).collect::<Vec<_>>(), [1, 0, 1, 1]);
     }
 
     #[test]

@@ -107,6 +107,24 @@ pub trait World: Send {
     fn draw(&self) -> Option<Picture> {
         None
     }
+
+    /// The ways into each cell of its grid, as the world stands; `None` of one that has no such.
+    fn entries(&self) -> Option<Entries> {
+        None
+    }
+}
+
+/// What would be seen right before each cell of a grid is entered, and what enters it: a row for each way into each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entries {
+    /// How many rows and columns of cells there are.
+    pub sides: [usize; 2],
+    /// The cell of each way, row after row from the top.
+    pub cells: Vec<usize>,
+    /// What is seen before.
+    pub seen: Columns,
+    /// What is done.
+    pub acts: Vec<usize>,
 }
 
 /// An environment, as a spec names it.

@@ -42,7 +42,7 @@ pub use boxes::Boxes;
 pub use classic::{Acrobot, CartPole, Control, MountainCar, MountainCarContinuous, Pendulum};
 pub use coin_grid::{CoinGrid, Coins};
 pub use copy::Copying;
-pub use env::{Env, Row, Spec, World};
+pub use env::{Entries, Env, Row, Spec, World};
 pub use examples::Examples;
 pub use finite::{
     Chain, ComputedMdp, Finite, GoalWorld, GridMap, Gridworld, Mdp, Numbers, Paid, Rewarded, Taken,

@@ -61,7 +61,13 @@ mod tests {
     };
 
     fn coin_grid() -> Box<dyn Env> {
-        Box::new(CoinGrid { pays: vec![1.0, 1.0], coins: 2, walls: 3, limit: 9 })
+        Box::new(CoinGrid {
+            pays: vec![1.0, 1.0],
+            coins: 2,
+            walls: 3,
+            limit: 9,
+            front_apart: false,
+        })
     }
 
     #[test]

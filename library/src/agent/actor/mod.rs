@@ -2,6 +2,7 @@
 
 mod gpi;
 mod imitated;
+mod noisy;
 mod random;
 mod softened;
 mod tabular;
@@ -17,6 +18,7 @@ use ivx_world::Spec;
 pub use gpi::Gpi;
 pub use imitated::Imitated;
 pub(crate) use imitated::known;
+pub use noisy::Noisy;
 pub use random::Random;
 pub use softened::Softened;
 pub use tabular::Tabular;
@@ -50,6 +52,7 @@ pub(super) fn actors() -> &'static Parts<dyn Actor> {
             .with(|x: Softened| Box::new(x))
             .with(|x: Imitated| Box::new(x))
             .with(|x: Gpi| Box::new(x))
+            .with(|x: Noisy| Box::new(x))
     });
     &TABLE
 }
