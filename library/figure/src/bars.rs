@@ -64,7 +64,7 @@ impl Op for Bars {
             series: series.collect(),
             columns,
             lacks: all.lacks(),
-            colours: None,
+            ..Drawing::default()
         };
         Ok(render(&scaled(drawing, "linear", &self.y_scale)?))
     }

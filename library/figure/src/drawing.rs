@@ -1,5 +1,6 @@
 //! What a drawing shows, before anything is said about pixels.
 
+use ivx_data::Picture;
 use serde::{Deserialize, Serialize};
 
 use super::interval::Lacks;
@@ -21,6 +22,8 @@ pub(super) struct Drawing {
     pub(super) lacks: Lacks,
     /// What the colours of cells mean.
     pub(super) colours: Option<Colours>,
+    /// A picture in a panel before those of the series, or alone where its name is empty.
+    pub(super) picture: Option<(String, Picture)>,
 }
 
 /// What the colours of cells mean.
@@ -186,9 +189,10 @@ impl Mark {
 }
 
 impl Drawing {
-    /// The names of the panels, in order; a single empty one where no series names any.
+    /// The names of the panels, in order; a single empty one where nothing names any.
     pub(super) fn panels(&self) -> Vec<&str> {
-        let mut panels: Vec<&str> = Vec::new();
+        let picture = self.picture.iter().map(|(name, _)| name.as_str());
+        let mut panels: Vec<&str> = picture.filter(|name| !name.is_empty()).collect();
         for Series { panel, .. } in &self.series {
             if !panel.is_empty() && !panels.contains(&panel.as_str()) {
                 panels.push(panel);

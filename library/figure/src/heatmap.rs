@@ -1,7 +1,8 @@
 //! Colours over a grid.
 
+use ivx_data::Picture;
 use ivx_op::{
-    Array, AxisNames, Ctx, Everything, Facts, Figure, Op, OpError, Word, Wrong, declare,
+    Array, AxisNames, Ctx, Everything, Facts, Figure, One, Op, OpError, Word, Wrong, declare,
     shown_roughly, shown_to,
 };
 
@@ -21,7 +22,7 @@ declare! {
         z: Everything<Array>;
         /// The axis along the bottom; alone, the places of a grid.
         x: AxisNames;
-        /// The axis along the side, first label lowest.
+        /// The axis along the side, first label lowest; beside a picture first label at the top, as in the picture.
         y: AxisNames = Vec::<&str>::new();
         /// Axes that have a panel for each label; those of the last stand side by side.
         facet: AxisNames = Vec::<&str>::new();
@@ -39,6 +40,11 @@ declare! {
         z_label: String = "";
         /// Whether means are made of what is there where some of it is missing, because a node failed.
         skip_missing: bool = false;
+        /// A picture in a first panel as large as the others, such as the `scene` of a world whose cells these are: then
+        /// `facet` takes one axis at most, and up to six panels stand in a row.
+        beside: Option<One<Picture>>;
+        /// Above the picture.
+        beside_label: String = "world";
     }
     rule fits;
 }
@@ -49,7 +55,12 @@ impl Op for Heatmap {
         let all = arrange(&self.z, (&outer, &inner), self.skip_missing)?.at_most(0, REMEDY)?;
         let per_panel = per_panel(&self.scale).map_err(OpError::Failed)?;
         let (facets, ys) = all.outer.split_at(self.facet.0.len());
-        let (panel_names, columns) = panels(facets);
+        let (mut panel_names, mut columns) = panels(facets);
+        let label = if self.z_label.is_empty() { &all.name } else { &self.z_label };
+        if self.beside.is_some() {
+            columns = (panel_names.len() + 1).min(ROW);
+            self.name_beside(&mut panel_names, label)?;
+        }
         let across = self.across(&all, ys.is_empty());
         let all_means: Vec<f64> = all.cells.iter().map(|cell| cell.mean).collect();
         let shared = ends(&all_means);
@@ -65,8 +76,10 @@ impl Op for Heatmap {
                 ..Series::default()
             }
         });
-        let (x, y) = axes(&all, ys, across, n_cells);
-        let label = if self.z_label.is_empty() { &all.name } else { &self.z_label };
+        let (x, mut y) = axes(&all, ys, across, n_cells);
+        if self.goes_down(ys.is_empty()) {
+            y.names.reverse();
+        }
         let ends = match (per_panel, shared) {
             (false, Some((low, high))) => {
                 let text = |end: f64| all_means.iter().position(|x| *x == end).map(|i| &texts[i]);
@@ -82,11 +95,36 @@ impl Op for Heatmap {
             columns,
             lacks: all.lacks(),
             colours: Some(Colours { label: label.clone(), ends }),
+            picture: self
+                .beside
+                .as_ref()
+                .map(|One(picture)| (self.beside_label.clone(), picture.clone())),
         }))
     }
 }
 
 impl Heatmap {
+    /// Whether rows of cells go down from the top.
+    fn goes_down(&self, is_grid: bool) -> bool {
+        is_grid || self.beside.is_some()
+    }
+
+    /// Gives a panel without a name one of its own beside a picture.
+    fn name_beside(&self, panels: &mut [String], label: &str) -> Result<(), OpError> {
+        for panel in panels {
+            if panel.is_empty() {
+                if label.is_empty() { "value" } else { label }.clone_into(panel);
+            }
+            if *panel == self.beside_label {
+                let why = format!(
+                    "two panels are called `{panel}`: give that of the picture another name by `beside_label`"
+                );
+                return Err(OpError::Failed(why));
+            }
+        }
+        Ok(())
+    }
+
     /// How many cells a row has.
     fn across(&self, all: &Arranged, is_grid: bool) -> usize {
         let n: usize = all.inner.iter().map(ivx_op::Dim::len).product();
@@ -112,7 +150,7 @@ impl Heatmap {
         let rows = means.len().div_ceil(across);
         let place = |i: usize| {
             let (column, row) = (i % across, i / across);
-            (column as f64, if is_grid { rows - 1 - row } else { row } as f64)
+            (column as f64, if self.goes_down(is_grid) { rows - 1 - row } else { row } as f64)
         };
         let cell = |(i, &mean): (usize, &f64)| {
             let ((x, y), share) = (place(i), share(mean, ends));
@@ -146,8 +184,28 @@ fn fits(facts: &Facts<'_>) -> Result<(), Wrong> {
         let help = "write `\"shared\"` or `\"panel\"`".to_owned();
         return Err(Wrong { arg: "scale", message, help });
     }
+    if facts.is_given("beside") {
+        stands_in_a_row(facts)?;
+    }
     left_over(facts, "z", &["x", "y", "facet"], 0, REMEDY)
 }
+
+fn stands_in_a_row(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let wrong = |arg, message: &str, help: &str| {
+        Err(Wrong { arg, message: message.to_owned(), help: help.to_owned() })
+    };
+    if facts.arg::<Vec<String>>("facet").is_some_and(|axes| axes.len() > 1) {
+        let help = "name one axis in `facet`, and select a label of the others";
+        return wrong("facet", "panels beside a picture are in one row, of one axis", help);
+    }
+    match facts.arg::<String>("beside_label").as_deref() {
+        Some("") => wrong("beside_label", "the picture has no name", "say what it shows"),
+        _ => Ok(()),
+    }
+}
+
+/// No more panels than these are in a row with a picture.
+const ROW: usize = 6;
 
 const REMEDY: &str = "name it in `facet`";
 
@@ -190,6 +248,11 @@ fn texts(values: &[f64]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use ivx_data::{Outline, Shape};
+    use ivx_op::Lit;
+
     use super::super::arrange::tests::{axes, value};
     use super::*;
 
@@ -198,7 +261,20 @@ mod tests {
         let none = String::new;
         let scale = scale.to_owned();
         let (title, z_label, marked) = (none(), none(), Vec::new());
-        Heatmap { z, x, y, facet, columns: 0, marked, scale, title, z_label, skip_missing: false }
+        Heatmap {
+            z,
+            x,
+            y,
+            facet,
+            columns: 0,
+            marked,
+            scale,
+            title,
+            z_label,
+            skip_missing: false,
+            beside: None,
+            beside_label: "world".to_owned(),
+        }
     }
 
     fn svg(heatmap: &Heatmap) -> String {
@@ -264,6 +340,80 @@ mod tests {
         }
         let left = heatmap(z, &[], &[], "shared").run(&Ctx::new("heatmap", 0, None));
         assert!(left.unwrap_err().to_string().contains("also varies over `action`"));
+    }
+
+    /// A disc in the top left of two by two cells.
+    fn beside(map: Heatmap) -> Heatmap {
+        let shapes = vec![Shape { outline: Outline::Circle([0.5, 0.5], 0.25), colour: [1, 2, 3] }];
+        Heatmap { beside: Some(One(Picture { size: [2.0; 2], shapes })), ..map }
+    }
+
+    #[test]
+    fn a_picture_stands_beside_in_panels_of_one_row() {
+        let kinds = ["a", "b", "c", "d"];
+        let z = value(&[("kind", &kinds), STATES], &[0.0; 16]);
+        let found = svg(&beside(heatmap(z.clone(), &[], &["kind"], "shared")));
+        let panels: Vec<(f64, f64)> = found
+            .match_indices(r#"<svg x=""#)
+            .map(|(at, _)| {
+                let number = |i: usize| found[at..].split('"').nth(i).unwrap().parse().unwrap();
+                (number(1), number(3))
+            })
+            .collect();
+        // The picture's panel, the picture in it, and four of cells.
+        assert_eq!((panels.len(), panels[1]), (6, (0.0, 0.0)));
+        assert!(panels[2..].iter().all(|panel| panel.1 == panels[0].1), "{panels:?}");
+        assert!(panels[0].0 < panels[2].0 && panels[4].0 < panels[5].0);
+        // Cells are of 28 pixels, in the picture too.
+        assert!(found.contains(r##"<circle cx="14" cy="14" r="7" fill="#010203"/>"##), "{found}");
+        for text in [">world<", ">a<", ">d<"] {
+            assert_eq!(found.matches(text).count(), 1, "{text} in {found}");
+        }
+        let alone = beside(heatmap(value(&[STATES], &[0.0; 4]), &[], &[], "shared"));
+        assert_eq!(svg(&alone).matches(">y<").count(), 2);
+        let named =
+            Heatmap { beside_label: "b".into(), ..beside(heatmap(z, &[], &["kind"], "shared")) };
+        let why = named.run(&Ctx::new("heatmap", 0, None)).unwrap_err().to_string();
+        assert!(why.contains("two panels are called `b`"), "{why}");
+    }
+
+    #[test]
+    fn beside_a_picture_one_axis_has_panels() {
+        let check = |facet: &[&str], label: &str, given: &[&str]| {
+            let args = [("facet", Lit::from(facet.to_vec())), ("beside_label", label.into())];
+            let args = args.map(|(name, lit)| (name.to_owned(), lit)).into();
+            let (over, shapes) = (BTreeMap::new(), BTreeMap::new());
+            let facts = Facts { args: &args, given, over: &over, seen: &over, shapes: &shapes };
+            fits(&facts).map_err(|wrong| wrong.arg)
+        };
+        assert_eq!(check(&["a"], "world", &["beside"]), Ok(()));
+        assert_eq!(check(&["a", "b"], "world", &["beside"]), Err("facet"));
+        assert_eq!(check(&["a", "b"], "world", &["z"]), Ok(()));
+        assert_eq!(check(&[], "", &["beside"]), Err("beside_label"));
+    }
+
+    /// A value of one cell alone, and where that cell is from the top.
+    #[test]
+    fn rows_go_from_the_top_as_those_of_the_picture() {
+        let two: &[&str] = &["0", "1"];
+        let z = || value(&[("row", two), ("state", two)], &[7.0, 0.0, 0.0, 0.0]);
+        let top = |map: &Heatmap| {
+            let found = svg(map);
+            let line = found.lines().find(|line| line.contains(": 7</title>")).unwrap().to_owned();
+            line.split('"').nth(3).unwrap() == "0"
+        };
+        let upright = || heatmap(z(), &["row"], &[], "shared");
+        assert!(!top(&upright()) && top(&beside(upright())));
+        let flat = Heatmap { x: axes(&["row", "state"]), ..heatmap(z(), &[], &[], "shared") };
+        assert!(top(&flat) && top(&beside(flat)));
+        // Their labels go along.
+        let z = value(&[("row", &["top", "low"]), ("state", two)], &[7.0, 0.0, 0.0, 0.0]);
+        let found = svg(&beside(heatmap(z, &["row"], &[], "shared")));
+        let height = |text: &str| -> f64 {
+            let line = found.lines().find(|line| line.contains(text)).unwrap();
+            line.split('"').nth(3).unwrap().parse().unwrap()
+        };
+        assert!(height(">top<") < height(">low<"), "{found}");
     }
 
     #[test]

@@ -80,7 +80,7 @@ impl Op for Histogram {
             series: series.collect(),
             columns,
             lacks,
-            colours: None,
+            ..Drawing::default()
         }))
     }
 }

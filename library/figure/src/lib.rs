@@ -25,6 +25,7 @@ mod marks;
 mod page;
 mod panels;
 mod paths;
+mod picture;
 mod plot;
 mod points;
 mod range;
@@ -50,6 +51,7 @@ pub use level::Level;
 pub use lines::Lines;
 pub use marbles::Marbles;
 pub use paths::Paths;
+pub use picture::Pictured;
 pub use plot::Plot;
 pub use points::Points;
 pub use scatter::Scatter;
@@ -69,6 +71,7 @@ pub fn register(registry: Registry) -> Registry {
         .op::<Lines>()
         .op::<Marbles>()
         .op::<Paths>()
+        .op::<Pictured>()
         .op::<Plot>()
         .op::<Points>()
         .op::<Scatter>()

@@ -367,7 +367,7 @@ fn filled(look: Look) -> String {
     format!(r##"fill="{}" stroke="#ffffff" stroke-width="0.6""##, look.colour())
 }
 
-fn coordinates(points: &[(f64, f64)]) -> String {
+pub(super) fn coordinates(points: &[(f64, f64)]) -> String {
     let pairs: Vec<String> = points.iter().map(|&(x, y)| format!("{},{}", px(x), px(y))).collect();
     pairs.join(" ")
 }

@@ -5,6 +5,7 @@ use super::heat::has_room;
 use super::legend;
 use super::log::log_ticks;
 use super::marks::Panel;
+use super::picture;
 use super::scale::{Scale, Ticks, scales, ticks};
 use super::text::width;
 
@@ -176,14 +177,18 @@ fn size(drawing: &Drawing, columns: usize, named: bool) -> (f64, f64) {
         let side = |n: f64, room: f64| (room / n).min(largest);
         let (wide, high) = (side(across, room), side(down, room.min(300.0)));
         let square = wide.min(high).max(wide / 3.0).max(high / 3.0);
-        // It is broader, if that gives room for what all of them say.
+        // It is broader, if that gives room for what all of them say, but beside a picture.
         let said = marks().map(|mark| match mark {
             Mark::Cell { value, .. } => width(value, 10.0) + 6.0,
             _ => 0.0,
         });
         let said = said.fold(0.0, f64::max);
-        let broad = if said <= room / across { said } else { 0.0 };
+        let may_be_broad = said <= room / across && drawing.picture.is_none();
+        let broad = if may_be_broad { said } else { 0.0 };
         return (across * square.min(wide).max(broad), down * square.min(high));
+    }
+    if let Some((_, picture)) = &drawing.picture {
+        return picture::size(picture);
     }
     let is_diagram = marks().any(|mark| matches!(mark, Mark::Shape { .. }));
     if let (true, Some((left, right)), Some((low, high))) =

@@ -90,7 +90,7 @@ pub(super) fn drawing(layers: &[&Layer], title: &str, x_label: &str, y_label: &s
         series: layers.iter().flat_map(|layer| layer.series.clone()).collect(),
         columns: layers.iter().map(|layer| layer.columns).max().unwrap_or(0),
         lacks: layers.iter().map(|layer| layer.lacks).sum(),
-        colours: None,
+        ..Drawing::default()
     }
 }
 

@@ -10,6 +10,7 @@ use super::legend::legend;
 use super::looks::looks;
 use super::marks::{Look, draw};
 use super::page::{Page, SMALL};
+use super::picture::drawn;
 use super::text::{escape, power_of_ten, px, width};
 
 const INK: &str = "#222222";
@@ -80,6 +81,8 @@ fn marks(
         px(panel.width),
         px(panel.height)
     )];
+    let picture = drawing.picture.iter().filter(|(own, _)| own == name);
+    out.extend(picture.flat_map(|(_, picture)| drawn(picture, (panel.width, panel.height))));
     out.extend(all.iter().flat_map(|(mark, look)| draw(mark, *look, panel)));
     let has_bars = all.iter().any(|(mark, _)| matches!(mark, Mark::Bar { .. }));
     if has_bars && !panel.log && panel.y.low < 0.0 && panel.y.high > 0.0 {

@@ -69,7 +69,7 @@ impl Op for Scatter {
             series: series.collect(),
             columns,
             lacks: x.lacks() + y.lacks(),
-            colours: None,
+            ..Drawing::default()
         };
         Ok(render(&scaled(drawing, &self.x_scale, &self.y_scale)?))
     }
