@@ -40,8 +40,8 @@ declare! {
         z_label: String = "";
         /// Whether means are made of what is there where some of it is missing, because a node failed.
         skip_missing: bool = false;
-        /// A picture in the first panel, as large as the others, of which one axis has labels at most: what a `scene` of
-        /// cells shows lies where they do.
+        /// A picture in a first panel as large as the others, such as the `scene` of a world whose cells these are: then
+        /// `facet` takes one axis at most, and up to six panels stand in a row.
         beside: Option<One<Picture>>;
         /// Above the picture.
         beside_label: String = "world";

@@ -55,10 +55,9 @@ impl Heads<'_> {
             let message = "the network does not end in a vector".to_owned();
             return Err(Misfit::new(message, "end it in `flatten()`"));
         };
-        // Cumulants are bounded: without, preferences could be as short as one likes, and all else as long.
-        let phi = perceptron(inputs, self.cumulants, (n * self.width, Curve::Tanh));
+        let phi = perceptron(inputs, self.cumulants, n * self.width);
         let psis = policies.clone().flat_map(|k| (0..self.members).map(move |m| psi(k, m)));
-        let head = perceptron(inputs, self.features, (n * self.width, Curve::Identity));
+        let head = perceptron(inputs, self.features, n * self.width);
         let mut modules: BTreeMap<String, Module> = psis.map(|name| (name, head.clone())).collect();
         modules.extend([(TORSO.to_owned(), torso), (PHI.to_owned(), phi)]);
         Ok(modules)
@@ -98,13 +97,14 @@ impl Heads<'_> {
     }
 }
 
-fn perceptron(inputs: usize, hidden: &[usize], (outputs, curve): (usize, Curve)) -> Module {
+fn perceptron(inputs: usize, hidden: &[usize], outputs: usize) -> Module {
     let widths: Vec<usize> = [inputs].into_iter().chain(hidden.iter().copied()).collect();
     let mut layers: Vec<Module> = widths
         .windows(2)
         .map(|pair| Module::Dense { inputs: pair[0], outputs: pair[1], curve: Curve::Relu })
         .collect();
-    layers.push(Module::Dense { inputs: widths[hidden.len()], outputs, curve });
+    let inputs = widths[hidden.len()];
+    layers.push(Module::Dense { inputs, outputs, curve: Curve::Identity });
     Module::Sequence(layers)
 }
 

@@ -19,8 +19,10 @@ declare! {
     ///
     /// The successor features and preferences of each demonstrator come to explain what it did (Eqn. 4.17), with an L1
     /// penalty on preferences, and cumulants to be what features are consistent with (Eqn. 4.18), by copies that follow.
-    /// Errors are squared lengths; both losses are lowered together. Cumulants lie within `(-1, 1)`, or the penalty could
-    /// be had for nothing by longer ones.
+    /// Errors are squared lengths; both losses are lowered together.
+    ///
+    /// The penalty is less where preferences are shorter and cumulants longer, which explain the same: its loss is told
+    /// as `preferences`, and the size of cumulants as `cumulants`. An optimiser that decays weights (`adamw`) bounds both.
     ///
     /// It never acts to learn: where steps of the world are counted it makes an update for each. The agent acts as its
     /// first demonstrator would; `imitated` acts as another.
@@ -109,7 +111,7 @@ impl Method for Itd {
             },
             follow: self.target.rule(),
             spec: spec.clone(),
-            losses: Means::new(&["loss", "acts", "inverse", "preferences"]),
+            losses: Means::new(&["loss", "acts", "inverse", "preferences", "cumulants"]),
         }))
     }
 }
