@@ -128,8 +128,8 @@ impl Others<'_> {
     }
 
     /// The losses of the actions and of the features of each demonstrator (Eqns. 4.17, 4.18), means over members; those
-    /// are left out of whom no step was drawn.
-    pub(super) fn losses(&self, live: &Live, norm: ivx_nn::Norm) -> Vec<(Var, Var)> {
+    /// are left out of whom no step was drawn. And the cumulants of all steps.
+    pub(super) fn losses(&self, live: &Live, norm: ivx_nn::Norm) -> (Vec<(Var, Var)>, Var) {
         let Self { shown, drawn, width, .. } = self;
         let graph = &live.graph;
         let seen = live.pass(TORSO, shown.look(graph, &drawn.rows));
@@ -165,13 +165,19 @@ impl Others<'_> {
             let of = |part: fn(&(Var, Var)) -> Var| average(graph, each.iter().map(part));
             losses.push((of(|(acts, _)| *acts), of(|(_, inverse)| *inverse)));
         }
-        losses
+        (losses, cumulants)
     }
 }
 
 /// What the copy of a network is called that follows it.
 pub(super) fn copy(net: &str) -> String {
     format!("target.{net}")
+}
+
+/// The root of the mean square of some numbers.
+pub(super) fn size(of: &[f32]) -> f64 {
+    let sum: f64 = of.iter().map(|x| f64::from(*x).powi(2)).sum();
+    (sum / ivx_math::moments::real(of.len())).sqrt()
 }
 
 /// The mean of some scalars.

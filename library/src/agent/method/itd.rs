@@ -8,7 +8,7 @@ use ivx_op::{Ctx, One, OpError, Part, State, declare};
 use ivx_world::{Acts, Spec, Step};
 
 use super::super::agent::{Agent, Choice, TORSO};
-use super::super::features::{Heads, Others, PHI, PSI, W, preferences};
+use super::super::features::{Heads, Others, PHI, PSI, W, preferences, size};
 use super::super::shown::{Drawn, Shown};
 use super::target::Target;
 use super::{Learning, Means, Method, Setting};
@@ -167,10 +167,10 @@ impl Learner<'_> {
     fn update(&mut self) {
         let Self { how, live, descent, others, .. } = self;
         others.draw(descent.done(), how.batch);
-        let mut told = [0.0; 3];
+        let mut told = [0.0; 4];
         let loss = descent.lower(live, |live| {
             let graph = &live.graph;
-            let each = others.losses(live, Norm::Squares);
+            let (each, cumulants) = others.losses(live, Norm::Squares);
             let sum = |of: fn(&(_, _)) -> _| {
                 each.iter().map(of).reduce(|sum, x| graph.add(sum, x)).expect("steps were drawn")
             };
@@ -179,10 +179,11 @@ impl Learner<'_> {
                 .map(|k| graph.sparsity_loss(live.array(&preferences(k)), how.sparsity))
                 .reduce(|sum, x| graph.add(sum, x))
                 .expect("somebody was shown");
-            told = [acts, inverse, sparse].map(|x| graph.scalar(x).into());
+            let of = |x| f64::from(graph.scalar(x));
+            told = [of(acts), of(inverse), of(sparse), size(&graph.value(cumulants))];
             graph.add(graph.add(acts, inverse), sparse)
         });
-        self.losses.add(&[loss, told[0], told[1], told[2]]);
+        self.losses.add(&[loss, told[0], told[1], told[2], told[3]]);
         self.live.follow(self.follow, self.descent.done());
     }
 }

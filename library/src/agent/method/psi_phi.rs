@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use super::super::agent::{Agent, Choice, TORSO, look};
 use super::super::explore::Explore;
 use super::super::features::{
-    Heads, Others, PHI, PSI, TASK, W, average, copy, policies, preferences, psi,
+    Heads, Others, PHI, PSI, TASK, W, average, copy, policies, preferences, psi, size,
 };
 use super::super::improve::{best, worth};
 use super::super::replay::{Batch, Replay};
@@ -316,7 +316,7 @@ impl Learner<'_> {
                 })
                 .collect();
             let losses = PsiPhiLosses {
-                others: others.losses(live, Norm::Squares),
+                others: others.losses(live, Norm::Squares).0,
                 reward,
                 value: average(graph, each.iter().map(|(value, _)| *value)),
                 features: average(graph, each.iter().map(|(_, features)| *features)),
@@ -334,11 +334,10 @@ impl Learner<'_> {
                 of(losses.value),
                 of(losses.features),
                 of(sparse),
-                seen.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>(),
+                size(&seen),
             ];
             graph.add(graph.psi_phi_loss(&losses, how.width, Weighting::ByFeature), sparse)
         });
-        told[6] = (told[6] / ivx_math::moments::real(by.batch * how.width)).sqrt();
         let [a, b, c, d, e, f, g] = told;
         self.losses.add(&[loss, a, b, c, d, e, f, g]);
         self.live.follow(self.follow, self.descent.done());
