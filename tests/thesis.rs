@@ -1,6 +1,50 @@
 //! The page of how the thesis stands, and the command that writes it.
 
-use crate::project::{Project, Said};
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use ivx_engine::Locks;
+use ivx_op::Outcome as Verdict;
+
+use crate::project::{Project, Said, run};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// `BLESS=1` writes the page anew; review the difference.
+#[test]
+fn the_page_is_what_specs_and_locks_say() {
+    let [list, page] = ["experiments/thesis.ron", "docs/thesis.md"].map(|path| root().join(path));
+    let mut args: Vec<OsString> = vec!["ivx".into(), "standing".into(), list.into()];
+    args.extend(["--out".into(), page.into()]);
+    if std::env::var_os("BLESS").is_none() {
+        args.push("--check".into());
+    }
+    let said = run(args);
+    let help = "docs/thesis.md is stale: run this test with BLESS=1";
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{help}");
+}
+
+#[test]
+fn the_page_counts_the_verdicts_that_are_locked() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).expect("it is there");
+    let locks = Locks::from_ron(&read("experiments/ivx.lock")).expect("locks read");
+    let lock = &locks.specs["experiments/thesis"];
+    assert_eq!(lock.profile.as_deref(), Some("quick"));
+    let registered = lock.registered.as_ref().expect("claims are registered");
+    let claims = || registered.claims.values().flat_map(|claims| claims.values());
+    let count = |verdict| claims().filter(|claim| claim.verdict == verdict).count();
+    let [holds, fails, undecided, describes] =
+        [Verdict::Holds, Verdict::Fails, Verdict::Undecided, Verdict::Describes]
+            .map(|verdict| count(Some(verdict)));
+    let not_run = count(None);
+    let row = format!("| `quick` | {holds} | {fails} | {undecided} | {describes} | {not_run} |\n");
+    let page = read("docs/thesis.md");
+    assert!(page.contains(&row), "{row}");
+    assert!(page.contains(&format!("| {} claims at |", claims().count())), "{page}");
+}
 
 const SPEC: &str = "edition \"2026\"
 /// deviation \"fewer | are shown\"
