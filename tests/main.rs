@@ -32,6 +32,7 @@ mod reruns;
 mod scikit;
 mod stores;
 mod tensors;
+mod thesis;
 mod tidy;
 mod values;
 mod versions;

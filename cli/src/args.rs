@@ -88,6 +88,15 @@ Examples: ivx export results/experiments/thesis --to measures.csv
 Measures are told one number a line, with a column for each axis and dimension. A node of a spec is taken
 from the cache, and nothing is run.")]
     Export(Exported),
+    /// Write how each element of a paper stands: where it is, what came out, and what is not there yet.
+    #[command(after_help = "\
+Examples: ivx standing experiments/thesis.ron --out docs/thesis.md
+          ivx standing experiments/thesis.ron --out docs/thesis.md --check
+
+LIST says what the paper has, element by element, and in which experiment each is. Verdicts and tables are those
+that `ivx exec --register` put into `ivx.lock`, and nothing is run. It is wrong to name what is not there, and to leave
+out a claim.")]
+    Standing(Standing),
     /// List the operations and parts that specs can use.
     #[command(after_help = "Example: ivx ops argmax")]
     Ops(Ops),
@@ -273,6 +282,19 @@ pub(crate) struct Verify {
     /// How many nodes run at once [default: one a core].
     #[arg(long, short, value_parser = at_least_one)]
     pub(crate) jobs: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Standing {
+    /// The list, as RON.
+    #[arg(value_name = "LIST")]
+    pub(crate) list: PathBuf,
+    /// Write the page to this file, in whose folder its links begin [default: standard output].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write nothing, and exit with 1 if the file is not as it would be written.
+    #[arg(long, requires = "out")]
+    pub(crate) check: bool,
 }
 
 /// A number of things of which there is at least one.

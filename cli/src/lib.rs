@@ -82,6 +82,7 @@ pub fn run(
         Command::Explain(args) => command::explain(args, out, err),
         Command::Runs(args) => command::runs(args, out, err),
         Command::Show(args) => command::show(args, out, err),
+        Command::Standing(args) => command::standing(args, out, err),
         Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
     };

@@ -62,7 +62,7 @@ pub(crate) fn shown(path: &Path) -> String {
 }
 
 /// A path, seen from a folder: upwards only as far as both have more than the root above them.
-fn seen_from(here: &Path, path: &Path) -> PathBuf {
+pub(crate) fn seen_from(here: &Path, path: &Path) -> PathBuf {
     let shared = here.components().zip(path.components()).take_while(|(a, b)| a == b).count();
     let above = here.components().take(shared).filter(|part| matches!(part, Component::Normal(_)));
     if above.count() == 0 {

@@ -29,6 +29,7 @@ mod registration;
 mod results;
 mod schedule;
 mod shift;
+mod standing;
 mod stop;
 mod tidy;
 mod told;
@@ -57,6 +58,7 @@ pub use results::{
 };
 pub use schedule::schedule;
 pub use shift::{Ended, Made, Moved, Root, Shift, shifts};
+pub use standing::{Element, Files, List, Named, Numbers, Place, Run, Section, Wrong, standing};
 pub use stop::Stop;
 pub use tidy::{Coordinate, Row, Tidy, tidy};
 pub use told::{notes, reason, verdict};

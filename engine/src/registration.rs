@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 
 use ivx_grammar::ir::{Param, Spec};
-use ivx_op::{Dim, Outcome as Verdict, shown_together};
+use ivx_op::{Dim, Finding, Outcome as Verdict, shown_together};
 use serde::{Deserialize, Serialize};
 
 use crate::diff::pairs;
 use crate::moved::{Interval, mean, near};
-use crate::results::{Measure, Results};
+use crate::results::{Claim, Corrected, Measure, Results, TABLES, path};
 use crate::told::{listed, verdict};
 
 /// What counts as the same number where there is no interval, relative to its size.
@@ -25,10 +25,13 @@ pub struct Registration {
     /// The measures, by experiment and name: in the order of their coordinates but `seed`, last fastest.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub measures: BTreeMap<String, BTreeMap<String, Vec<Seen>>>,
+    /// The tables as Markdown, by experiment and name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub tables: BTreeMap<String, BTreeMap<String, String>>,
 }
 
 /// A claim as it was registered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Registered {
     /// The comparison with its margin, the reason for that, confidence, method and family, as written.
     pub claim: String,
@@ -36,6 +39,15 @@ pub struct Registered {
     pub since: String,
     /// Its verdict by itself; none if it was not run.
     pub verdict: Option<Verdict>,
+    /// What it amounts to among the claims of its family; none where it is in none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corrected: Option<Corrected>,
+    /// What a reader is to know of it, in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<String>,
+    /// Coordinate by coordinate.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
 }
 
 /// A mean over seeds and its 95 % interval; a number without, where there are no seeds.
@@ -64,20 +76,37 @@ impl Registration {
             }));
             let registered = experiment.claims.iter().map(|claim| {
                 let (claim, since) = (claim.output.source.clone(), date.to_owned());
-                Registered { claim, since, verdict: None }
+                Registered { claim, since, ..Registered::default() }
             });
             let words = experiment.claims.iter().map(|claim| claim.output.name.clone());
             claims.insert(experiment.name.clone(), words.zip(registered).collect());
         }
-        Self { params, claims, measures: BTreeMap::new() }
+        Self { params, claims, ..Self::default() }
     }
 
     /// The same, with what a run found.
+    ///
+    /// - `files`: those that show its results, by path in their folder.
     #[must_use]
-    pub fn with(mut self, results: &Results, interval: Interval) -> Self {
+    pub fn with(
+        mut self,
+        results: &Results,
+        files: &BTreeMap<String, String>,
+        interval: Interval,
+    ) -> Self {
         for (name, found) in &results.experiments {
             for (words, claim) in self.claims.entry(name.clone()).or_default() {
-                claim.verdict = found.claims.get(words).and_then(|claim| claim.outcome);
+                if let Some(found) = found.claims.get(words) {
+                    claim.find(found);
+                }
+            }
+            let tables = found.tables.keys().filter_map(|table| {
+                let text = files.get(&path(TABLES, table, "md"))?;
+                Some((table.clone(), text.clone()))
+            });
+            let tables: BTreeMap<String, String> = tables.collect();
+            if !tables.is_empty() {
+                self.tables.insert(name.clone(), tables);
             }
             let seen = found.measures.iter().map(|(name, own)| (name.clone(), seen(own, interval)));
             self.measures.insert(name.clone(), seen.collect());
@@ -97,6 +126,39 @@ impl Registration {
             }
         }
         self
+    }
+
+    /// Whether it is of this experiment, among others.
+    #[must_use]
+    pub fn has(&self, experiment: &str) -> bool {
+        self.claims.contains_key(experiment)
+    }
+
+    /// The claims of one experiment, with all that may decide them: its parameters and axes, and those of files.
+    pub(crate) fn only(mut self, experiment: &str) -> Self {
+        let others: Vec<String> = self.claims.keys().map(|name| format!("{name}.")).collect();
+        let own = format!("{experiment}.");
+        self.params.retain(|address, _| {
+            address.starts_with(&own) || !others.iter().any(|other| address.starts_with(other))
+        });
+        self.claims.retain(|name, _| name == experiment);
+        self
+    }
+
+    /// What of it another is about: the claims of the same experiments, and the parameters that are theirs or that
+    /// the other has.
+    pub(crate) fn like(&self, other: &Self) -> Self {
+        let is_own = |address: &String| {
+            let own = |name: &String| address.starts_with(&format!("{name}."));
+            other.params.contains_key(address) || other.claims.keys().any(own)
+        };
+        let params = self.params.iter().filter(|(address, _)| is_own(address));
+        let claims = self.claims.iter().filter(|(name, _)| other.claims.contains_key(*name));
+        Self {
+            params: params.map(|(address, value)| (address.clone(), value.clone())).collect(),
+            claims: claims.map(|(name, own)| (name.clone(), own.clone())).collect(),
+            ..Self::default()
+        }
     }
 
     /// Which parameters and claims are others `now`, a line each.
@@ -165,6 +227,28 @@ impl Registration {
     }
 }
 
+impl Registered {
+    /// Takes what a run found.
+    fn find(&mut self, found: &Claim) {
+        self.verdict = found.outcome;
+        self.corrected = found.corrected;
+        self.marks.clone_from(&found.marks);
+        self.findings.clone_from(&found.findings);
+    }
+
+    /// The claim with what came out, as results have it.
+    #[must_use]
+    pub fn found(&self) -> Claim {
+        Claim {
+            claim: self.claim.clone(),
+            outcome: self.verdict,
+            corrected: self.corrected,
+            marks: self.marks.clone(),
+            findings: self.findings.clone(),
+        }
+    }
+}
+
 impl Seen {
     /// Whether a number found later is the same, as far as that was known.
     fn holds(self, later: f64) -> bool {
@@ -210,11 +294,12 @@ mod tests {
             claim: claim.to_owned(),
             since: since.to_owned(),
             verdict: Some(Verdict::Holds),
+            ..Registered::default()
         };
         Registration {
             params: [("e.members".to_owned(), members.to_string())].into(),
             claims: [("e".to_owned(), [("less".to_owned(), registered)].into())].into(),
-            measures: BTreeMap::new(),
+            ..Registration::default()
         }
     }
 

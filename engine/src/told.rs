@@ -42,19 +42,28 @@ pub fn notes(claim: &Claim) -> Vec<String> {
 
 /// How something differs from its source: what its author says of it and of its parameters, and the sizes that were set
 /// otherwise.
-pub(crate) fn differs(deviations: &[String], params: &[Param]) -> Vec<String> {
-    let mut differs = deviations.to_vec();
+pub(crate) fn differs(said: &[String], params: &[Param]) -> Vec<String> {
+    let mut differs = deviations(said, params);
+    differs.extend(other_sizes(params));
+    differs
+}
+
+/// What an author says of how something and its parameters differ from their source.
+pub(crate) fn deviations(said: &[String], params: &[Param]) -> Vec<String> {
+    let mut all = said.to_vec();
     for param in params {
-        differs.extend(param.deviations.iter().map(|words| format!("{}: {words}", param.name)));
+        all.extend(param.deviations.iter().map(|words| format!("{}: {words}", param.name)));
     }
+    all
+}
+
+/// The sizes that were set otherwise than by default; none if all are as there.
+pub(crate) fn other_sizes(params: &[Param]) -> Option<String> {
     let sizes = params.iter().filter(|param| param.value != param.default);
     let sizes =
         sizes.map(|param| format!("{} = {} for {}", param.name, param.value, param.default));
     let sizes: Vec<String> = sizes.collect();
-    if !sizes.is_empty() {
-        differs.push(format!("other sizes: {}", sizes.join(", ")));
-    }
-    differs
+    if sizes.is_empty() { None } else { Some(format!("other sizes: {}", sizes.join(", "))) }
 }
 
 /// Why a finding is undecided, and how many seeds would decide it; empty where it is not.

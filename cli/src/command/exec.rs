@@ -1,5 +1,6 @@
 //! `ivx exec`
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -131,7 +132,7 @@ pub(crate) fn exec(
     let broken = claims.any(|claim| claim.outcome == Some(Verdict::Fails));
     let failed = !found.failures.is_empty();
     let told: &mut dyn Write = if is_json { err } else { out };
-    let run = (&plan, &outcome, &found);
+    let run = (&plan, &outcome, &found, &set);
     let moved = locks.map_or(Ok(false), |locks| lock_up(args, &ready, (locks, name), run, told))?;
     // The process is about to end: to give all this back piece by piece would be a large part of
     // a run that has nothing to do.
@@ -174,10 +175,10 @@ fn lock_up(
     args: &args::Exec,
     ready: &Ready,
     (locks, name): (Locks, String),
-    (plan, outcome, results): (&Plan, &Outcome, &Results),
+    (plan, outcome, results, files): (&Plan, &Outcome, &Results, &BTreeMap<String, String>),
     out: &mut dyn Write,
 ) -> Result<bool, Trouble> {
-    let registered = Registration::of(&ready.spec, &today()).with(results, interval);
+    let registered = Registration::of(&ready.spec, &today()).with(results, files, interval);
     let found = if args.register {
         Lock::registering(results, registered)
     } else {

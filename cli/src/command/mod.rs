@@ -20,6 +20,7 @@ mod power;
 mod run_file;
 mod runs;
 mod show;
+mod standing;
 mod summary;
 mod verify;
 mod why;
@@ -51,6 +52,7 @@ pub(crate) use ops::ops;
 pub(crate) use plan::plan;
 pub(crate) use runs::runs;
 pub(crate) use show::show;
+pub(crate) use standing::standing;
 pub(crate) use verify::verify;
 pub(crate) use why::why;
 
@@ -103,7 +105,19 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
         }
     };
     let settings = Settings { profile: args.profile.clone(), sets, max_nodes: args.max_nodes };
-    let (spec, faults) = ivx_grammar::check::check(&loaded.project, &registry, &settings);
+    let checked = checked(&loaded, &registry, &settings, err)?;
+    Ok(checked.map(|(spec, n_warnings)| Ready { spec, loaded, registry, settings, n_warnings }))
+}
+
+/// The spec that was loaded, and how many warnings there are. What is wrong with it goes to `err`; with an error among
+/// that, `None`.
+fn checked(
+    loaded: &Loaded,
+    registry: &Registry,
+    settings: &Settings,
+    err: &mut dyn Write,
+) -> Result<Option<(ir::Spec, usize)>, Trouble> {
+    let (spec, faults) = ivx_grammar::check::check(&loaded.project, registry, settings);
     // Of text that does not read, warnings would be noise.
     let whole = can_run(&loaded.diagnostics);
     let faults = faults.into_iter().filter(|d| whole || d.code.severity() == Severity::Error);
@@ -114,7 +128,7 @@ fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Troubl
     let sources: Vec<_> = files.map(|file| (file.path.clone(), file.text.clone())).collect();
     tell(&diagnostics, &sources, err)?;
     let n_warnings = diagnostics.len();
-    Ok(can_run(&diagnostics).then_some(Ready { spec, loaded, registry, settings, n_warnings }))
+    Ok(can_run(&diagnostics).then_some((spec, n_warnings)))
 }
 
 /// Writes what is wrong to `err`.
