@@ -10,7 +10,7 @@ use ivx_grammar::ast::{Item, ItemKind};
 use ivx_grammar::check::{File, Project};
 use ivx_grammar::{Code, Diagnostic, Outside, Spanned, externals, known_as, parse, suggest};
 use ivx_library::command;
-use ivx_op::{Args, External, ExternalKind, Fields, Lit, Literal as _, Registry};
+use ivx_op::{External, ExternalKind, Fields, Lit, Literal as _, Registry};
 
 use crate::source::{self, no_spec, plain};
 use crate::{Trouble, project};
@@ -169,7 +169,7 @@ impl Loader<'_> {
 
     /// What is named outside the file at `from`.
     fn external(&self, from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
-        let Outside { kind, name, beside } = outside;
+        let Outside { kind, name, .. } = outside;
         let found = match kind {
             ExternalKind::File if Path::new(&name.value).is_absolute() => {
                 Err("is an absolute path; files are named relative to the spec".to_owned())
@@ -177,7 +177,7 @@ impl Loader<'_> {
             ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
             ExternalKind::Program => command::program(&name.value, &self.search),
             ExternalKind::Variable => command::variable(&name.value),
-            ExternalKind::Foreign => return self.world(name, beside.as_ref()),
+            ExternalKind::Foreign => return self.world(outside),
         };
         found.map_err(|why| {
             let message = format!("`{}` {why}", name.value);
@@ -186,11 +186,12 @@ impl Loader<'_> {
     }
 
     /// The world of another program that is called so, with what is given to it.
-    fn world(&self, name: &Spanned<String>, beside: Option<&Args>) -> Result<External, Diagnostic> {
+    fn world(&self, outside: &Outside) -> Result<External, Diagnostic> {
+        let Outside { name, beside, elsewhere, .. } = outside;
         let fault = |code, message: String, label: &str, help: &str| {
             Err(Diagnostic::new(code, name.span, message, label).help(help))
         };
-        let Some(beside) = beside else {
+        if !elsewhere.is_empty() {
             let message = format!(
                 "what `{}` is given is not written beside it, where it is looked up",
                 name.value
@@ -198,7 +199,7 @@ impl Loader<'_> {
             let help =
                 "write all arguments here, without names; `match` chooses among several worlds";
             return fault(Code::NotLiteral, message, "depends on what is named elsewhere", help);
-        };
+        }
         let kwargs = beside.get("kwargs").and_then(|lit| Fields::from_lit(lit).ok());
         let python = beside.get("python").and_then(|lit| String::from_lit(lit).ok());
         let time_limit = beside.get("time_limit").and_then(Lit::as_f64).unwrap_or(f64::INFINITY);
