@@ -169,7 +169,7 @@ impl Loader<'_> {
 
     /// What is named outside the file at `from`.
     fn external(&self, from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
-        let Outside { kind, name, .. } = outside;
+        let Outside { kind, name, of, .. } = outside;
         let found = match kind {
             ExternalKind::File if Path::new(&name.value).is_absolute() => {
                 Err("is an absolute path; files are named relative to the spec".to_owned())
@@ -177,6 +177,7 @@ impl Loader<'_> {
             ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
             ExternalKind::Program => command::program(&name.value, &self.search),
             ExternalKind::Variable => command::variable(&name.value),
+            ExternalKind::Foreign if *of == "procgen" => return procgen(from, outside),
             ExternalKind::Foreign => return self.world(outside),
         };
         found.map_err(|why| {
@@ -226,6 +227,35 @@ impl Loader<'_> {
     fn shown(&self, path: &Path) -> String {
         path.strip_prefix(&self.loaded.root).unwrap_or(path).display().to_string()
     }
+}
+
+/// The game of Procgen that is called so, in a call of the file at `from`.
+fn procgen(from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
+    let Outside { name, beside, elsewhere, .. } = outside;
+    let fault = |code, message: String, label: &str, help: &str| {
+        Err(Diagnostic::new(code, name.span, message, label).help(help))
+    };
+    if elsewhere.contains(&"path") {
+        let message = "`procgen.path` is not written in the call, where the game is looked up";
+        let help = "write it here, or leave it out and let `PROCGEN_DIR` name the folder";
+        return fault(
+            Code::NotLiteral,
+            message.to_owned(),
+            "depends on what is named elsewhere",
+            help,
+        );
+    }
+    let written = beside.get("path").and_then(|lit| String::from_lit(lit).ok());
+    let written = written.filter(|path| !path.is_empty());
+    let folder = match (written, std::env::var_os("PROCGEN_DIR")) {
+        (Some(path), _) => from.parent().expect("a file lies in a folder").join(path),
+        (None, Some(path)) => path.into(),
+        (None, None) => PathBuf::new(),
+    };
+    command::procgen(&folder, &name.value).or_else(|why| {
+        let message = format!("`{}` cannot be played: {why}", name.value);
+        fault(Code::File, message, "cannot be played", "`docs/agents.md` says how Procgen is had")
+    })
 }
 
 fn unread(name: &Spanned<String>, error: &std::io::Error, help: Option<String>) -> Diagnostic {
