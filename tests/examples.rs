@@ -3,7 +3,8 @@
 //! What follows ` ```ivx ` says what a block is: nothing for one that checks without a word, `run`
 //! for one that runs, `misses` for one that runs and of which a node fails, `fails=IVX0302` for one with that fault and no other, `file=world.ivx` for a
 //! file that the blocks after it can use. So do ` ```sh,file=run.sh ` and ` ```csv,file=data.csv `, for other files. `python` is
-//! for one that has no fault but that Python with gymnasium is not found, and none where `IVX_PYTHON` names one.
+//! for one that has no fault but that Python with gymnasium is not found, and none where `IVX_PYTHON` names one; `procgen` for
+//! one that has none but that Procgen is not found.
 
 use ivx_grammar::Code;
 
@@ -28,6 +29,13 @@ pub(crate) fn try_all(name: &str, document: &str) -> usize {
             continue;
         }
         project.write("spec.ivx", block.text);
+        if block.info == "procgen" {
+            let said = project.run("check", "spec.ivx", &[]);
+            let found = codes(&said);
+            let absent = found == [Code::File.to_string()] && said.err.contains("cannot be played");
+            assert!(found.is_empty() || absent, "{place}: {}{}", said.out, said.err);
+            continue;
+        }
         let runs = ["run", "misses"].contains(&block.info);
         let said = project.run(if runs { "exec" } else { "check" }, "spec.ivx", &[]);
         let expected: Vec<&str> = block.info.strip_prefix("fails=").into_iter().collect();

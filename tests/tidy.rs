@@ -67,6 +67,7 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("fast_float2", "library/table/src/text/"),
         ("ctrlc", "cli/src/main.rs"),
         ("indicatif", "cli/src/progress.rs"),
+        ("libloading", "library/foreign/src/procgen/libenv.rs"),
         ("miniz_oxide", "library/table/src/npz.rs"),
         ("arrow_array", "cli/src/command/export/parquet.rs"),
         ("parquet", "cli/src/command/export"),
@@ -95,6 +96,41 @@ fn each_foreign_crate_is_named_in_one_place() {
             sources.iter().any(|(path, text)| path.starts_with(place) && uses(text)),
             "{name} is unused"
         );
+    }
+}
+
+#[test]
+fn one_module_is_unsafe() {
+    const PLACE: &str = "library/foreign/src/procgen/libenv.rs";
+    for (path, text) in sources() {
+        let mut code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let begins = ["{", "extern", "fn", "impl", "trait"].map(|next| format!("unsafe {next}"));
+        let is_unsafe = code.any(|line| begins.iter().any(|begin| line.contains(begin)));
+        assert_eq!(is_unsafe, path == PLACE, "{path}");
+    }
+    // All crates have the lints of the workspace, and that one has them but for this.
+    let workspace = read(&root().join("Cargo.toml"));
+    let lints = |text: &str, head: &str| -> BTreeSet<String> {
+        let lines = text.split(head).nth(1).expect("it has lints").lines().skip(1);
+        let lines = lines.take_while(|line| !line.is_empty());
+        lines.map(|line| line.split('#').next().unwrap_or_default().trim().to_owned()).collect()
+    };
+    for (folder, _) in ARROWS {
+        let manifest = read(&root().join(folder).join("Cargo.toml"));
+        if *folder != "library/foreign" {
+            assert!(manifest.contains("[lints]\nworkspace = true"), "{folder}");
+            continue;
+        }
+        for tool in ["rust", "clippy"] {
+            let shared = lints(&workspace, &format!("[workspace.lints.{tool}]"));
+            let own = lints(&manifest, &format!("[lints.{tool}]"));
+            let more: Vec<&String> = own.symmetric_difference(&shared).collect();
+            let expected: &[&str] = match tool {
+                "rust" => &["unsafe_code = \"deny\"", "unsafe_code = \"forbid\""],
+                _ => &["undocumented_unsafe_blocks = \"warn\""],
+            };
+            assert_eq!(more, expected, "{folder}, {tool}");
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use ivx_grammar::ast::{Item, ItemKind};
 use ivx_grammar::check::{File, Project};
 use ivx_grammar::{Code, Diagnostic, Outside, Spanned, externals, known_as, parse, suggest};
 use ivx_library::command;
-use ivx_op::{Args, External, ExternalKind, Fields, Lit, Literal as _, Registry};
+use ivx_op::{External, ExternalKind, Fields, Lit, Literal as _, Registry};
 
 use crate::source::{self, no_spec, plain};
 use crate::{Trouble, project};
@@ -169,7 +169,7 @@ impl Loader<'_> {
 
     /// What is named outside the file at `from`.
     fn external(&self, from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
-        let Outside { kind, name, beside } = outside;
+        let Outside { kind, name, of, .. } = outside;
         let found = match kind {
             ExternalKind::File if Path::new(&name.value).is_absolute() => {
                 Err("is an absolute path; files are named relative to the spec".to_owned())
@@ -177,7 +177,8 @@ impl Loader<'_> {
             ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
             ExternalKind::Program => command::program(&name.value, &self.search),
             ExternalKind::Variable => command::variable(&name.value),
-            ExternalKind::Foreign => return self.world(name, beside.as_ref()),
+            ExternalKind::Foreign if *of == "procgen" => return procgen(from, outside),
+            ExternalKind::Foreign => return self.world(outside),
         };
         found.map_err(|why| {
             let message = format!("`{}` {why}", name.value);
@@ -186,11 +187,12 @@ impl Loader<'_> {
     }
 
     /// The world of another program that is called so, with what is given to it.
-    fn world(&self, name: &Spanned<String>, beside: Option<&Args>) -> Result<External, Diagnostic> {
+    fn world(&self, outside: &Outside) -> Result<External, Diagnostic> {
+        let Outside { name, beside, elsewhere, .. } = outside;
         let fault = |code, message: String, label: &str, help: &str| {
             Err(Diagnostic::new(code, name.span, message, label).help(help))
         };
-        let Some(beside) = beside else {
+        if !elsewhere.is_empty() {
             let message = format!(
                 "what `{}` is given is not written beside it, where it is looked up",
                 name.value
@@ -198,7 +200,7 @@ impl Loader<'_> {
             let help =
                 "write all arguments here, without names; `match` chooses among several worlds";
             return fault(Code::NotLiteral, message, "depends on what is named elsewhere", help);
-        };
+        }
         let kwargs = beside.get("kwargs").and_then(|lit| Fields::from_lit(lit).ok());
         let python = beside.get("python").and_then(|lit| String::from_lit(lit).ok());
         let time_limit = beside.get("time_limit").and_then(Lit::as_f64).unwrap_or(f64::INFINITY);
@@ -225,6 +227,35 @@ impl Loader<'_> {
     fn shown(&self, path: &Path) -> String {
         path.strip_prefix(&self.loaded.root).unwrap_or(path).display().to_string()
     }
+}
+
+/// The game of Procgen that is called so, in a call of the file at `from`.
+fn procgen(from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
+    let Outside { name, beside, elsewhere, .. } = outside;
+    let fault = |code, message: String, label: &str, help: &str| {
+        Err(Diagnostic::new(code, name.span, message, label).help(help))
+    };
+    if elsewhere.contains(&"path") {
+        let message = "`procgen.path` is not written in the call, where the game is looked up";
+        let help = "write it here, or leave it out and let `PROCGEN_DIR` name the folder";
+        return fault(
+            Code::NotLiteral,
+            message.to_owned(),
+            "depends on what is named elsewhere",
+            help,
+        );
+    }
+    let written = beside.get("path").and_then(|lit| String::from_lit(lit).ok());
+    let written = written.filter(|path| !path.is_empty());
+    let folder = match (written, std::env::var_os("PROCGEN_DIR")) {
+        (Some(path), _) => from.parent().expect("a file lies in a folder").join(path),
+        (None, Some(path)) => path.into(),
+        (None, None) => PathBuf::new(),
+    };
+    command::procgen(&folder, &name.value).or_else(|why| {
+        let message = format!("`{}` cannot be played: {why}", name.value);
+        fault(Code::File, message, "cannot be played", "`docs/agents.md` says how Procgen is had")
+    })
 }
 
 fn unread(name: &Spanned<String>, error: &std::io::Error, help: Option<String>) -> Diagnostic {

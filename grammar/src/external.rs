@@ -13,8 +13,12 @@ pub struct Outside {
     pub kind: ExternalKind,
     /// Its name, as written.
     pub name: Spanned<String>,
-    /// The other arguments of the call, with defaults; none where one is not written there plainly.
-    pub beside: Option<Args>,
+    /// What is called.
+    pub of: &'static str,
+    /// The other arguments of the call, with defaults, as far as they are written there plainly.
+    pub beside: Args,
+    /// Those that are not.
+    pub elsewhere: Vec<&'static str>,
 }
 
 /// What is looked up once: a world, which depends on what is written beside its name, at each place.
@@ -49,9 +53,13 @@ pub fn externals(project: &Project, registry: &Registry) -> Vec<(usize, Outside)
                         Some(name) => name.value == decl.args[place].name,
                         None => *i == place,
                     });
-                    let beside = beside(decl, place, args);
+                    let (beside, elsewhere) = beside(decl, place, args);
                     for (_, (_, expr)) in given {
-                        let outside = |name| Outside { kind, name, beside: beside.clone() };
+                        let (of, beside, elsewhere) = (decl.name, &beside, &elsewhere);
+                        let outside = |name| {
+                            let (beside, elsewhere) = (beside.clone(), elsewhere.clone());
+                            Outside { kind, name, of, beside, elsewhere }
+                        };
                         found.extend(names(expr).into_iter().map(|name| (file, outside(name))));
                         if kind != ExternalKind::Foreign {
                             let along = in_axes(&scopes, scope, expr).into_iter();
@@ -111,23 +119,22 @@ fn in_axes(scopes: &Scopes<'_>, scope: usize, expr: &Expr) -> Vec<(usize, Spanne
     found
 }
 
-/// The arguments of a call but for that at `place`.
-fn beside(decl: &Decl, place: usize, args: &[(Option<Name>, Expr)]) -> Option<Args> {
-    let mut found = Args::new();
+/// The arguments of a call but for that at `place`, and the names of those that are not written there plainly.
+fn beside(decl: &Decl, place: usize, args: &[(Option<Name>, Expr)]) -> (Args, Vec<&'static str>) {
+    let (mut found, mut elsewhere) = (Args::new(), Vec::new());
     for (i, arg) in decl.args.iter().enumerate().filter(|(i, _)| *i != place) {
         let given = args.iter().enumerate().find(|(j, (name, _))| match name {
             Some(name) => name.value == arg.name,
             None => *j == i,
         });
-        let value = match given {
-            Some((_, (_, expr))) => Some(plain(expr)?),
-            None => arg.default.clone(),
-        };
-        if let Some(value) = value {
-            found.insert(arg.name.to_owned(), value);
+        let value = given.map(|(_, (_, expr))| plain(expr));
+        match value.unwrap_or_else(|| arg.default.clone()) {
+            Some(value) => _ = found.insert(arg.name.to_owned(), value),
+            None if given.is_some() => elsewhere.push(arg.name),
+            None => {}
         }
     }
-    Some(found)
+    (found, elsewhere)
 }
 
 /// The description that an expression is, if nothing needs to be known to read it.

@@ -16,6 +16,7 @@ use ivx_op::Registry;
 
 pub use input::{AsFile, Input};
 pub use ivx_foreign::look_up as world;
+pub use ivx_foreign::procgen::look_up as procgen;
 pub use ivx_table::npz::npz;
 pub use outside::{file, find, program, variable};
 pub use read::{ReadArray, ReadDataset, ReadFile, ReadModel, ReadScalar};

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use ivx_data::Columns;
 use ivx_op::Ctx;
-use ivx_world::{Act, Actions, CartPole, End, Env, Highway, Lanes, Luck, Minatar, Roundabout, Row};
+use ivx_world::{
+    Act, Actions, CartPole, End, Env, FruitGrid, Highway, Lanes, Luck, Minatar, Roundabout, Row,
+};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
@@ -17,13 +19,19 @@ fn main() {
         let world = Minatar { game: game.to_owned(), sticky: 0.1, ramping: true, limit: 10_000 };
         report(&format!("minatar {game}"), &world);
     }
+    report("fruit_grid", &fruits());
     report_driving();
     for n in [1, 8, 64] {
         let game =
             Minatar { game: "breakout".to_owned(), sticky: 0.1, ramping: true, limit: 10_000 };
         report_lanes("cart_pole", &CartPole {}, n);
         report_lanes("minatar breakout", &game, n);
+        report_lanes("fruit_grid", &fruits(), n);
     }
+}
+
+fn fruits() -> FruitGrid {
+    FruitGrid { pays: vec![1.0, -4.0, 10.0], walls: 5, doors: 0.0, levels: 0, first: 0 }
 }
 
 #[expect(clippy::print_stdout, reason = "a benchmark tells what it measured")]

@@ -8,6 +8,7 @@ mod copy;
 mod env;
 mod examples;
 mod finite;
+mod fruit_grid;
 mod glyphs;
 mod grid;
 mod grids;
@@ -48,6 +49,7 @@ pub use finite::{
     Chain, ComputedMdp, Finite, GoalWorld, GridMap, Gridworld, Mdp, Numbers, Paid, Rewarded, Taken,
     Transitions, WrittenMdp, mdp, of_is_finite, policy, world_is_finite,
 };
+pub use fruit_grid::FruitGrid;
 pub use glyphs::Glyphs;
 pub use grid::Grid;
 pub use grids::Grids;
@@ -208,7 +210,7 @@ tables! {
     places: Points = "Points" { Grid, Grids, Mapped }
     tasks: Task = "Task" { Copying, Glyphs }
     pub envs: Env = "Env" {
-        Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, GoalWorld, GridMap, Gridworld, Highway, Minatar, MountainCar,
+        Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, FruitGrid, GoalWorld, GridMap, Gridworld, Highway, Minatar, MountainCar,
         MountainCarContinuous, Pendulum, Rewarded, Roundabout, WrittenMdp
     }
 }
