@@ -31,7 +31,13 @@ pub enum Choice {
     Sampled,
     /// The action of the highest of those logits, the first of equals.
     Likeliest,
+    /// An action drawn as probably as `softmax(q / α)` says of the values of the network `q`, where `α` is the array
+    /// `temperature`.
+    Softened,
 }
+
+/// What the array is called by which values are softened: one number above 0.
+pub(crate) const TEMPERATURE: &str = "temperature";
 
 /// What the layers that come before others are called, where several share them.
 pub(crate) const TORSO: &str = "torso";
@@ -39,7 +45,7 @@ pub(crate) const TORSO: &str = "torso";
 impl Choice {
     fn net(self) -> &'static str {
         match self {
-            Self::Greedy => "q",
+            Self::Greedy | Self::Softened => "q",
             Self::Sampled | Self::Likeliest => "policy",
         }
     }
@@ -55,27 +61,37 @@ impl Agent {
     /// Itself, ready to act.
     #[must_use]
     pub fn open(&self) -> Box<dyn Acting> {
-        Box::new(Opened { live: Live::of(&self.nets), acts: self.acts, out: Vec::new() })
+        let (live, acts, out) = (Live::of(&self.nets), self.acts, Vec::new());
+        Box::new(Opened { live, acts, temperature: temperature(&self.nets).unwrap_or(1.0), out })
     }
+}
+
+/// By what values are softened, where it is given.
+fn temperature(nets: &Networks) -> Option<f32> {
+    let (.., values) = nets.array(TEMPERATURE)?;
+    values.first().copied().filter(|temperature| *temperature > 0.0)
 }
 
 struct Opened {
     live: Live,
     acts: Choice,
+    temperature: f32,
     out: Vec<f32>,
 }
 
 impl Acting for Opened {
     fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
-        let Self { live, acts: choice, out } = self;
+        let Self { live, acts: choice, temperature, out } = self;
         live.graph.begin();
         let put = live.graph.still(|| live.pass(choice.net(), shared(live, look(live, seen))));
         live.graph.read(put, out);
-        let rows = out.chunks_exact(out.len() / seen.len());
+        let n = out.len() / seen.len();
+        let rows = out.chunks_exact_mut(n);
         for (place, row) in acts.places.iter_mut().zip(rows) {
             *place = match choice {
                 Choice::Greedy | Choice::Likeliest => best(row),
                 Choice::Sampled => sampled(row, rng.random()).0,
+                Choice::Softened => softened(row, *temperature, rng.random()),
             };
         }
     }
@@ -99,6 +115,12 @@ pub(crate) fn sampled(logits: &[f32], u: f32) -> (usize, f32) {
     // Rounding can leave something over.
     let place = drawn.unwrap_or_else(|| best(logits));
     (place, logits[place] - most - total.ln())
+}
+
+/// The action that a number of `[0, 1)` draws by `softmax(q / α)`; the values `q` become logits.
+pub(crate) fn softened(values: &mut [f32], temperature: f32, u: f32) -> usize {
+    values.iter_mut().for_each(|q| *q /= temperature);
+    sampled(values, u).0
 }
 
 /// What a network sees of a row of these fields: an image where there is only one, else all numbers as a vector.
@@ -155,7 +177,8 @@ impl Artifact for Agent {
             shape = torso.output(&shape).ok()?;
         }
         let puts_out = nets.modules.get(acts.net())?.output(&shape).ok()?;
-        let sound = nets.are_whole() && puts_out == [spec.does.n_discrete().ok()?];
+        let is_softened = acts != Choice::Softened || temperature(&nets).is_some();
+        let sound = nets.are_whole() && puts_out == [spec.does.n_discrete().ok()?] && is_softened;
         sound.then_some(Self { acts, nets, spec })
     }
 

@@ -2,6 +2,7 @@
 
 mod agents;
 mod determinism;
+mod imitation;
 mod known;
 mod nets;
 mod tasks;

@@ -33,6 +33,12 @@ declare! {
     }
 }
 
+/// Whether demonstrations are of such a world.
+pub(super) fn shown_in(shown: &Demonstrations, spec: &Spec) -> Result<(), Misfit> {
+    let own = (shown.paths.seen.fields(), &shown.paths.does);
+    same_world("the demonstrations show", own, (&spec.sees, &spec.does))
+}
+
 impl Bc {
     fn module(&self, spec: &Spec) -> Result<Module, Misfit> {
         let n = spec.does.n_discrete()?;
@@ -42,11 +48,8 @@ impl Bc {
 
 impl Method for Bc {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
-        let spec = setting.spec;
-        let paths = &self.shown.paths;
-        let shown = (paths.seen.fields(), &paths.does);
-        same_world("the demonstrations show", shown, (&spec.sees, &spec.does))?;
-        self.module(spec).map(drop)
+        shown_in(&self.shown, setting.spec)?;
+        self.module(setting.spec).map(drop)
     }
 
     fn memory(&self, setting: &Setting<'_>) -> u64 {

@@ -9,7 +9,7 @@ use ivx_nn::{
     Descent, Follow, Graph, Live, Module, Net, Networks, Optimiser, Real, Rule, Schedule, Shape,
     Var,
 };
-use ivx_op::{Ctx, OpError, Part, State, declare};
+use ivx_op::{Ctx, One, OpError, Part, State, declare};
 use ivx_world::{Acts, Spec, Step};
 use rand_chacha::ChaCha8Rng;
 
@@ -56,6 +56,8 @@ declare! {
         /// Up to which error the loss is a square. Where returns are far above it, as 100 is above 1, errors of values
         /// that grow are no longer corrected as fast as they grow: give a larger one.
         huber: f64 = 1.0, in f64::MIN_POSITIVE..;
+        /// An agent of such a network to go on from, instead of one that has learned nothing.
+        from: Option<One<Agent>>;
     }
 }
 
@@ -67,35 +69,47 @@ impl Dqn {
         }
         ivx_nn::headed(&*self.net, &sight(&spec.sees), &[n])
     }
-}
 
-impl Method for Dqn {
-    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
-        self.module(setting.spec).map(drop)
+    /// How many bytes there are of what comes of a batch, of its gradients, and of what follows it.
+    pub(super) fn outputs(&self, setting: &Setting<'_>) -> u64 {
+        let outputs = |module: Module| module.n_outputs(&sight(&setting.spec.sees));
+        self.module(setting.spec).map_or(0, outputs) * self.batch as u64 * 3 * 4
     }
 
-    fn memory(&self, setting: &Setting<'_>) -> u64 {
-        let spec = setting.spec;
-        let Ok(module) = self.module(spec) else { return 0 };
-        // A parameter, its gradient, two averages, the copy, and two more while it is kept.
-        let params = module.n_params() * 7 * 4;
-        let outputs = module.n_outputs(&sight(&spec.sees)) * self.batch as u64 * 3 * 4;
-        // The replay, and once more while it is kept.
-        params + outputs + 2 * Replay::bytes(&spec.sees, self.replay)
+    /// Whether learning can go on from an agent.
+    pub(super) fn goes_on(&self, from: &Agent, spec: &Spec) -> Result<(), Misfit> {
+        from.spec.same(spec)?;
+        // Of an agent that has yet to be learned only its world is known.
+        let is_later = from.nets.modules.is_empty();
+        if is_later || from.nets.modules.get("q") == Some(&self.module(spec)?) {
+            return Ok(());
+        }
+        Err(Misfit::new(
+            "the agent to go on from has no such network of action values".to_owned(),
+            "choose one that `dqn(..)` or `sqil(..)` learned with the same `net`",
+        ))
     }
 
-    fn begin<'a>(
+    /// A learner whose network is drawn, or begins as that of an agent.
+    pub(super) fn open<'a>(
         &'a self,
+        from: Option<&Agent>,
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
-    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+    ) -> Result<Learner<'a>, OpError> {
         let spec = setting.spec;
         let modules = BTreeMap::from([("q".to_owned(), self.module(spec).map_err(failed)?)]);
-        let mut live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
+        let mut nets = Networks::drawn(modules, &mut ctx.rng("init", &[]));
+        for (name, _, values) in &mut nets.arrays {
+            if let Some((.., learned)) = from.and_then(|from| from.nets.array(name)) {
+                values.clone_from(learned);
+            }
+        }
+        let mut live = Live::of(&nets);
         live.target("q");
         let steps = setting.steps.map_or(u64::MAX, |n| n.saturating_sub(self.warm_up) / self.every);
         let rule = Rule { optimiser: &*self.optimiser, pull: Pull::NONE, steps };
-        Ok(Box::new(Learner {
+        Ok(Learner {
             how: self,
             descent: Descent::new(&live, &["q"], rule),
             live,
@@ -117,40 +131,58 @@ impl Method for Dqn {
             losses: Means::new(&["loss", "value"]),
             tried: Vec::new(),
             values: Vec::new(),
-        }))
+        })
     }
 }
 
-struct Learner<'a> {
-    how: &'a Dqn,
-    live: Live,
-    descent: Descent<'a>,
-    replay: Replay,
+impl Method for Dqn {
+    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
+        self.module(setting.spec)?;
+        self.from.as_deref().map_or(Ok(()), |from| self.goes_on(from, setting.spec))
+    }
+
+    fn replayed(&self) -> Option<&Dqn> {
+        Some(self)
+    }
+
+    fn memory(&self, setting: &Setting<'_>) -> u64 {
+        let spec = setting.spec;
+        let Ok(module) = self.module(spec) else { return 0 };
+        // A parameter, its gradient, two averages, the copy, and two more while it is kept.
+        let params = module.n_params() * 7 * 4;
+        // The replay, and once more while it is kept.
+        params + self.outputs(setting) + 2 * Replay::bytes(&spec.sees, self.replay)
+    }
+
+    fn begin<'a>(
+        &'a self,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        let from = self.from.as_deref();
+        Ok(Box::new(self.open(from, setting, ctx)?))
+    }
+}
+
+/// Deep Q-learning under way.
+pub(super) struct Learner<'a> {
+    pub(super) how: &'a Dqn,
+    pub(super) live: Live,
+    pub(super) descent: Descent<'a>,
+    pub(super) replay: Replay,
     explore: Explore<'a>,
-    spec: Spec,
-    draws: ChaCha8Rng,
-    follow: Follow,
-    batch: Batch,
-    losses: Means,
+    pub(super) spec: Spec,
+    pub(super) draws: ChaCha8Rng,
+    pub(super) follow: Follow,
+    pub(super) batch: Batch,
+    pub(super) losses: Means,
     tried: Vec<Option<usize>>,
     values: Vec<f32>,
 }
 
 impl Learning for Learner<'_> {
     fn act(&mut self, t: u64, seen: &Columns, acts: &mut Acts) {
-        let Ok(n) = self.spec.does.n_discrete() else { unreachable!("it fits") };
-        self.explore.tried(t, n, seen.len(), &mut self.tried);
-        if self.tried.iter().any(Option::is_none) {
-            self.live.graph.begin();
-            let q = self.live.graph.still(|| self.live.pass("q", look(&self.live, seen)));
-            self.live.graph.read(q, &mut self.values);
-        } else {
-            self.values.resize(n * seen.len(), 0.0);
-        }
-        let rows = self.tried.iter().zip(self.values.chunks_exact(n));
-        for (act, (tried, values)) in acts.places.iter_mut().zip(rows) {
-            *act = tried.unwrap_or_else(|| best(values));
-        }
+        self.choose(t, seen, acts, |values| best(values));
     }
 
     fn see(&mut self, step: &Step) {
@@ -158,11 +190,7 @@ impl Learning for Learner<'_> {
     }
 
     fn learn(&mut self, t: u64) {
-        if t < self.how.warm_up {
-            return;
-        }
-        let due = (t - self.how.warm_up) / self.how.every + 1;
-        while self.descent.done() < due {
+        while self.is_due(t) {
             self.update();
         }
     }
@@ -188,11 +216,46 @@ impl Learning for Learner<'_> {
 }
 
 impl Learner<'_> {
-    fn update(&mut self) {
-        let Self { how, live, replay, batch, draws, .. } = self;
+    /// Chooses an action for each lane: one drawn evenly, as often as it explores, and else one by the values.
+    pub(super) fn choose(
+        &mut self,
+        t: u64,
+        seen: &Columns,
+        acts: &mut Acts,
+        mut by: impl FnMut(&mut [f32]) -> usize,
+    ) {
+        let Ok(n) = self.spec.does.n_discrete() else { unreachable!("it fits") };
+        self.explore.tried(t, n, seen.len(), &mut self.tried);
+        if self.tried.iter().any(Option::is_none) {
+            self.live.graph.begin();
+            let q = self.live.graph.still(|| self.live.pass("q", look(&self.live, seen)));
+            self.live.graph.read(q, &mut self.values);
+        } else {
+            self.values.resize(n * seen.len(), 0.0);
+        }
+        let rows = self.tried.iter().zip(self.values.chunks_exact_mut(n));
+        for (act, (tried, values)) in acts.places.iter_mut().zip(rows) {
+            *act = tried.unwrap_or_else(|| by(values));
+        }
+    }
+
+    /// Whether an update is to be made now that `t` steps are done.
+    pub(super) fn is_due(&self, t: u64) -> bool {
+        let Some(after) = t.checked_sub(self.how.warm_up) else { return false };
+        self.descent.done() < after / self.how.every + 1
+    }
+
+    /// Draws the steps that an update looks at.
+    pub(super) fn draw(&mut self) {
+        let Self { how, replay, batch, draws, .. } = self;
         draws.set_stream(self.descent.done());
         draws.set_word_pos(0);
         replay.draw(how.batch, draws, batch);
+    }
+
+    fn update(&mut self) {
+        self.draw();
+        let Self { how, live, replay, batch, .. } = self;
         let mut value = f64::NAN;
         let loss = self.descent.lower(live, |live| {
             let graph = &live.graph;

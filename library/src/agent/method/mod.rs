@@ -6,6 +6,7 @@ mod dqn;
 mod means;
 mod on_policy;
 mod ppo;
+mod sqil;
 mod target;
 
 use std::fmt::Debug;
@@ -20,6 +21,7 @@ pub use bc::Bc;
 pub use dqn::{Dqn, q_loss, q_target};
 pub use means::Means;
 pub use ppo::Ppo;
+pub use sqil::Sqil;
 
 use super::agent::Agent;
 use super::learn::{Counted, Span};
@@ -61,6 +63,16 @@ pub trait Method: Debug + Send + Sync {
     /// Whether it learns by acting. Who does not makes an update for each step that it could take.
     fn acts(&self) -> bool {
         true
+    }
+
+    /// Whether it learns from what is paid.
+    fn is_paid(&self) -> bool {
+        self.acts()
+    }
+
+    /// Itself, if it is deep Q-learning, by whose settings others learn too.
+    fn replayed(&self) -> Option<&Dqn> {
+        None
     }
 
     /// An agent that has learned nothing yet.
@@ -107,6 +119,7 @@ fn methods() -> &'static Parts<dyn Method> {
             .with(|x: Ppo| Box::new(x))
             .with(|x: A2c| Box::new(x))
             .with(|x: Bc| Box::new(x))
+            .with(|x: Sqil| Box::new(x))
     });
     &TABLE
 }
@@ -115,3 +128,6 @@ fn methods() -> &'static Parts<dyn Method> {
 pub(super) fn register(registry: Registry) -> Registry {
     registry.parts(methods()).parts(target::targets())
 }
+
+#[cfg(test)]
+mod tests;
