@@ -119,7 +119,9 @@ pub(crate) fn sampled(logits: &[f32], u: f32) -> (usize, f32) {
 
 /// The action that a number of `[0, 1)` draws by `softmax(q / α)`; the values `q` become logits.
 pub(crate) fn softened(values: &mut [f32], temperature: f32, u: f32) -> usize {
-    values.iter_mut().for_each(|q| *q /= temperature);
+    for q in values.iter_mut() {
+        *q /= temperature;
+    }
     sampled(values, u).0
 }
 
