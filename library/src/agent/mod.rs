@@ -23,7 +23,10 @@ pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};
 pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
-pub use method::{A2c, Bc, Dqn, Learning, Means, Method, Ppo, Setting, Sqil, q_loss, q_target};
+pub use method::{
+    A2c, Bc, Beside, Cloning, Dqn, Learning, Means, Method, Ppo, Setting, Shares, Sqil, q_loss,
+    q_target,
+};
 pub use watch::Watched;
 
 /// A walk of three steps through a world of three states, so many times, for tests.

@@ -24,7 +24,7 @@ pub(crate) fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, us
     }
 }
 
-fn rate(lr: f64) -> Part {
+pub(crate) fn rate(lr: f64) -> Part {
     Part::new("adam").with("lr", Part::new("constant").with("value", lr))
 }
 

@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use super::super::agent::{Agent, Choice, best, look, sight};
 use super::super::explore::Explore;
 use super::super::replay::{Batch, Replay};
+use super::beside::{CLONE, Cloning, Shares, join};
 use super::target::Target;
 use super::{Learning, Means, Method, Setting};
 
@@ -90,16 +91,19 @@ impl Dqn {
         ))
     }
 
-    /// A learner whose network is drawn, or begins as that of an agent.
+    /// A learner whose network is drawn, or begins as that of an agent, and which clones others beside or does not.
     pub(super) fn open<'a>(
         &'a self,
-        from: Option<&Agent>,
+        (from, cloning): (Option<&Agent>, Option<Cloning<'a>>),
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
     ) -> Result<Learner<'a>, OpError> {
         let spec = setting.spec;
         let modules = BTreeMap::from([("q".to_owned(), self.module(spec).map_err(failed)?)]);
         let mut nets = Networks::drawn(modules, &mut ctx.rng("init", &[]));
+        if cloning.is_some() {
+            join(&mut nets, &*self.net, spec, ctx)?;
+        }
         for (name, _, values) in &mut nets.arrays {
             if let Some((.., learned)) = from.and_then(|from| from.nets.array(name)) {
                 values.clone_from(learned);
@@ -111,7 +115,7 @@ impl Dqn {
         let rule = Rule { optimiser: &*self.optimiser, pull: Pull::NONE, steps };
         Ok(Learner {
             how: self,
-            descent: Descent::new(&live, &["q"], rule),
+            descent: Descent::new(&live, &["q", CLONE], rule),
             live,
             replay: Replay::new(
                 &spec.sees,
@@ -128,7 +132,11 @@ impl Dqn {
             draws: ctx.rng("replay", &[]),
             follow: self.target.rule(),
             batch: Batch::default(),
-            losses: Means::new(&["loss", "value"]),
+            losses: Means::new(match &cloning {
+                None => &["loss", "value"],
+                Some(_) => &["loss", "value", "cloning"],
+            }),
+            cloning,
             tried: Vec::new(),
             values: Vec::new(),
         })
@@ -154,13 +162,31 @@ impl Method for Dqn {
         params + self.outputs(setting) + 2 * Replay::bytes(&spec.sees, self.replay)
     }
 
+    fn shares(&self) -> Option<&dyn Shares> {
+        Some(self)
+    }
+
     fn begin<'a>(
         &'a self,
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
-        let from = self.from.as_deref();
-        Ok(Box::new(self.open(from, setting, ctx)?))
+        self.begin_beside(None, setting, ctx)
+    }
+}
+
+impl Shares for Dqn {
+    fn net(&self) -> &dyn Net {
+        &*self.net
+    }
+
+    fn begin_beside<'a>(
+        &'a self,
+        cloning: Option<Cloning<'a>>,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        Ok(Box::new(self.open((self.from.as_deref(), cloning), setting, ctx)?))
     }
 }
 
@@ -176,6 +202,7 @@ pub(super) struct Learner<'a> {
     pub(super) follow: Follow,
     pub(super) batch: Batch,
     pub(super) losses: Means,
+    cloning: Option<Cloning<'a>>,
     tried: Vec<Option<usize>>,
     values: Vec<f32>,
 }
@@ -255,8 +282,9 @@ impl Learner<'_> {
 
     fn update(&mut self) {
         self.draw();
-        let Self { how, live, replay, batch, .. } = self;
-        let mut value = f64::NAN;
+        let Self { how, live, replay, batch, cloning, .. } = self;
+        let t = self.descent.done();
+        let (mut value, mut cloned) = (f64::NAN, f64::NAN);
         let loss = self.descent.lower(live, |live| {
             let graph = &live.graph;
             let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
@@ -268,9 +296,14 @@ impl Learner<'_> {
             });
             let q = live.pass("q", replay.look(graph, &batch.rows));
             value = graph.scalar(graph.still(|| graph.mean(q))).into();
-            q_loss(graph, q, column(&batch.acts), target, how.huber)
+            let loss = q_loss(graph, q, column(&batch.acts), target, how.huber);
+            let Some(cloning) = cloning else { return loss };
+            let [loss, apart] = cloning.beside(t, live, "q", loss);
+            cloned = graph.scalar(apart).into();
+            loss
         });
-        self.losses.add(&[loss, value]);
+        // As many as there are names.
+        self.losses.add(&[loss, value, cloned]);
         self.live.follow(self.follow, self.descent.done());
     }
 }

@@ -2,6 +2,7 @@
 
 mod a2c;
 mod bc;
+mod beside;
 mod dqn;
 mod means;
 mod on_policy;
@@ -18,6 +19,7 @@ use ivx_world::{Acts, Spec, Step};
 
 pub use a2c::A2c;
 pub use bc::Bc;
+pub use beside::{Beside, Cloning, Shares};
 pub use dqn::{Dqn, q_loss, q_target};
 pub use means::Means;
 pub use ppo::Ppo;
@@ -75,6 +77,16 @@ pub trait Method: Debug + Send + Sync {
         None
     }
 
+    /// Itself, if it is behaviour cloning.
+    fn cloned(&self) -> Option<&Bc> {
+        None
+    }
+
+    /// Itself, if others can learn beside it by layers that they share.
+    fn shares(&self) -> Option<&dyn Shares> {
+        None
+    }
+
     /// An agent that has learned nothing yet.
     ///
     /// # Errors
@@ -120,6 +132,7 @@ fn methods() -> &'static Parts<dyn Method> {
             .with(|x: A2c| Box::new(x))
             .with(|x: Bc| Box::new(x))
             .with(|x: Sqil| Box::new(x))
+            .with(|x: Beside| Box::new(x))
     });
     &TABLE
 }

@@ -98,7 +98,7 @@ impl Method for Sqil {
         if paths.n_steps() == 0 {
             return Err(OpError::Failed("there are no steps to learn from".to_owned()));
         }
-        let mut of = by.open(self.from(), setting, ctx)?;
+        let mut of = by.open((self.from(), None), setting, ctx)?;
         of.losses = Means::new(&["loss", "shown", "own"]);
         Ok(Box::new(Learner {
             how: self,

@@ -2,7 +2,7 @@
 
 use ivx_data::{Columns, Demonstrations, End, Episode, Values, Walks};
 use ivx_nn::{Live, Shape};
-use ivx_op::{Artifact as _, Ctx, Gathered, Held, Lit, Literal as _, Part};
+use ivx_op::{Artifact as _, Ctx, Facts, Gathered, Held, Lit, Literal as _, Part};
 use ivx_world::{Acts, Spec, Step};
 
 use super::super::agent::{Agent, Choice};
@@ -72,6 +72,15 @@ fn dqn() -> Part {
 fn sqil(ended: bool) -> Part {
     let shown = held(shown(ended).encode());
     Part::new("sqil").with("shown", shown).with("by", dqn()).with("temperature", 0.25)
+}
+
+/// Cloning of that step.
+fn bc() -> Part {
+    Part::new("bc").with("shown", held(shown(true).encode())).with("batch", 5_i64)
+}
+
+fn beside(method: Part, weight: f64) -> Part {
+    Part::new("beside").with("method", method).with("cloning", bc()).with("weight", weight)
 }
 
 /// What a network makes of a state.
@@ -150,10 +159,69 @@ fn learning_goes_on_from_an_agent() {
 }
 
 #[test]
+fn cloning_beside_deep_q_learning_by_hand_shapes_the_layers_of_both() {
+    let (how, spec) = (built(&beside(dqn(), 0.7)), world());
+    let mut learning = how.begin(&setting(&spec), &CTX).unwrap();
+    let agent = learning.agent();
+    let (q, next) = (output(&agent, "q", 0), output(&agent, "q", 2));
+    let live = Live::of(&agent.nets);
+    let x = live.graph.input(Shape::vectors(1, 3), &[0.0, 1.0, 0.0]);
+    let logits = live.graph.value(live.pass("clone", live.pass_to_last("q", x)));
+    let cloning = f64::from(logits[0] - logits[1]).exp().ln_1p();
+    let error = q[0] - 7.0 - 0.5 * next[0].max(next[1]);
+    let loss = error.abs() - 0.5 + 0.7 * cloning;
+    learning.see(&own(End::Limit));
+    learning.learn(1);
+    near(&learning.losses().take(), &[loss, f64::midpoint(q[0], q[1]), cloning]);
+    // Only others were in state 1.
+    let of_one = |agent: &Agent| agent.nets.array("q.0.weight").unwrap().2[4..8].to_vec();
+    assert_ne!(of_one(&learning.agent()), of_one(&agent));
+    let how = built(&beside(dqn(), 0.0));
+    let mut learning = how.begin(&setting(&spec), &CTX).unwrap();
+    learning.see(&own(End::Limit));
+    learning.learn(1);
+    assert_eq!(of_one(&learning.agent()), of_one(&agent));
+}
+
+#[test]
+fn what_is_said_of_cloning_beside_a_method_is_what_is_said_of_that() {
+    let registry = crate::registry();
+    let said = |method: Part, cloning: Part| {
+        let beside = Part::new("beside").with("method", method).with("cloning", cloning);
+        let args = registry.complete(&beside).args;
+        let none = (std::collections::BTreeMap::new(), std::collections::BTreeMap::new());
+        let facts =
+            Facts { args: &args, given: &[], over: &none.0, seen: &none.0, shapes: &none.1 };
+        registry.decl("beside").unwrap().rule.unwrap()(&facts).err().map(|wrong| wrong.message)
+    };
+    assert_eq!(said(dqn(), bc()), None);
+    let net = |n: i64| Part::new("mlp").with("hidden", vec![n]);
+    assert_eq!(said(dqn(), bc().with("net", net(4))), None);
+    let other = said(dqn(), bc().with("net", net(5))).unwrap();
+    assert_eq!(other, "cloning beside `dqn` has no `net` of its own");
+    let drawn = said(Part::new("ppo"), bc().with("greedy", false)).unwrap();
+    assert_eq!(drawn, "cloning beside `ppo` has no `greedy` of its own");
+}
+
+#[test]
 fn what_does_not_go_together_is_told() {
     let spec = world();
     let told = |how: &Part| built(how).fits(&setting(&spec)).err().map(|misfit| misfit.message);
-    assert_eq!(told(&sqil(true)), None);
+    let whole = [sqil(true), beside(dqn(), 1.0)];
+    let other = Spec { does: ivx_data::Actions::named(&["A", "B", "C"]), ..world() };
+    for how in whole {
+        assert_eq!(told(&how), None);
+        let misfit = built(&how).fits(&setting(&other)).unwrap_err();
+        assert!(misfit.message.contains("the demonstrations show"), "{}", misfit.message);
+    }
+    let has = |how: &Part, words: &str| {
+        let message = told(how).unwrap_or_default();
+        assert!(message.contains(words), "{message}");
+    };
+    has(&beside(sqil(true), 1.0), "no layers to share");
+    has(&beside(dqn(), 1.0).with("cloning", dqn()), "is cloning");
+    let flat = dqn().with("net", Part::new("mlp").with("hidden", Vec::<i64>::new()));
+    has(&beside(flat, 1.0), "no layers before the last");
     let by = |by: Part| told(&sqil(true).with("by", by)).unwrap_or_default();
     assert!(by(Part::new("a2c")).contains("deep Q-learning"));
     assert!(by(dqn().with("double", true)).contains("no best action"));
@@ -164,7 +232,4 @@ fn what_does_not_go_together_is_told() {
     assert!(told(&twice).unwrap_or_default().contains("two agents"));
     let wider = dqn().with("net", Part::new("mlp").with("hidden", vec![5_i64]));
     assert!(by(wider.with("from", from)).contains("no such network"));
-    let other = Spec { does: ivx_data::Actions::named(&["A", "B", "C"]), ..world() };
-    let misfit = built(&sqil(true)).fits(&setting(&other)).unwrap_err();
-    assert!(misfit.message.contains("the demonstrations show"), "{}", misfit.message);
 }
