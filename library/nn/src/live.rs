@@ -153,7 +153,24 @@ impl Live {
     /// If there is no such network, or it does not take them.
     #[must_use]
     pub fn pass(&self, net: &str, x: Var) -> Var {
+        self.through(self.body(net), x)
+    }
+
+    /// What comes out of all layers of a network but the last.
+    ///
+    /// # Panics
+    /// As [`Live::pass`], or if it has no layers.
+    #[must_use]
+    pub fn pass_to_last(&self, net: &str, x: Var) -> Var {
         let Body { module, params } = self.body(net);
+        let Module::Sequence(layers) = module else { panic!("`{net}` has layers") };
+        let (last, before) = layers.split_last().expect("a network has a layer");
+        let module = Module::Sequence(before.to_vec());
+        let params = &params[..params.len() - last.arrays().len()];
+        self.through(Body { module: &module, params }, x)
+    }
+
+    fn through(&self, Body { module, params }: Body<'_>, x: Var) -> Var {
         let item = self.graph.shape(x).item;
         let is_vector = item[1..] == [1, 1] && !module.takes_images();
         let shape = if is_vector { &item[..1] } else { &item[..] };
@@ -252,6 +269,25 @@ mod tests {
         assert_eq!(live.networks().modules, before.modules);
         assert_eq!(live.networks().arrays.len(), 3);
         assert_eq!((live.group(&["q"]).len(), live.group(&["v", "q"]).len()), (2, 3));
+    }
+
+    #[test]
+    fn the_last_layer_is_a_network_upon_the_others() {
+        let dense = |inputs, outputs, curve| Module::Dense { inputs, outputs, curve };
+        let head = dense(3, 1, Curve::Identity);
+        let two = Module::Sequence(vec![dense(2, 3, Curve::Tanh), head.clone()]);
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut nets = Networks::drawn([("q".to_owned(), two)].into(), &mut rng);
+        let of = |name: &str| nets.array(&format!("q.1.{name}")).unwrap().clone();
+        let arrays = ["weight", "bias"].map(|name| (name.to_owned(), of(name).1, of(name).2));
+        let alone = Networks { modules: [(String::new(), head)].into(), arrays: arrays.into() };
+        nets.add("head", alone);
+        let live = Live::of(&nets);
+        let x = live.graph.input(Shape::vectors(1, 2), &[1.0, -1.0]);
+        let before = live.pass_to_last("q", x);
+        assert_eq!(live.graph.shape(before).width(), 3);
+        let ask = |of: Var| live.graph.scalar(of);
+        assert_eq!(ask(live.pass("head", before)), ask(live.pass("q", x)));
     }
 
     #[test]

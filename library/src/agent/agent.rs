@@ -43,7 +43,13 @@ pub enum Choice {
     /// The best by the successor features and preferences of one demonstrator, counted from 1 (Eqn. 4.19), on average
     /// over members; the first of equals.
     Imitated(usize),
+    /// An action drawn as probably as `softmax(q / α)` says of the values of the network `q`, where `α` is the array
+    /// `temperature`.
+    Softened,
 }
+
+/// What the array is called by which values are softened: one number above 0.
+pub(crate) const TEMPERATURE: &str = "temperature";
 
 /// What the layers that come before others are called, where several share them.
 pub(crate) const TORSO: &str = "torso";
@@ -52,7 +58,7 @@ impl Choice {
     /// The network whose outputs are of one action each, if there is such a one.
     fn net(self) -> Option<&'static str> {
         match self {
-            Self::Greedy => Some("q"),
+            Self::Greedy | Self::Softened => Some("q"),
             Self::Sampled | Self::Likeliest => Some("policy"),
             Self::Improved(_) | Self::Imitated(_) => None,
         }
@@ -80,29 +86,40 @@ impl Agent {
             }
             acts => {
                 let net = acts.net().expect("it has one");
-                Box::new(Opened { live: Live::of(&self.nets), net, acts, out: Vec::new() })
+                let temperature = temperature(&self.nets).unwrap_or(1.0);
+                let live = Live::of(&self.nets);
+                Box::new(Opened { live, net, acts, temperature, out: Vec::new() })
             }
         }
     }
+}
+
+/// By what values are softened, where it is given.
+fn temperature(nets: &Networks) -> Option<f32> {
+    let (.., values) = nets.array(TEMPERATURE)?;
+    values.first().copied().filter(|temperature| *temperature > 0.0)
 }
 
 struct Opened {
     live: Live,
     net: &'static str,
     acts: Choice,
+    temperature: f32,
     out: Vec<f32>,
 }
 
 impl Acting for Opened {
     fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
-        let Self { live, net, acts: choice, out } = self;
+        let Self { live, net, acts: choice, temperature, out } = self;
         live.graph.begin();
         let put = live.graph.still(|| live.pass(net, shared(live, look(live, seen))));
         live.graph.read(put, out);
-        let rows = out.chunks_exact(out.len() / seen.len());
+        let n = out.len() / seen.len();
+        let rows = out.chunks_exact_mut(n);
         for (place, row) in acts.places.iter_mut().zip(rows) {
             *place = match choice {
                 Choice::Sampled => sampled(row, rng.random()).0,
+                Choice::Softened => softened(row, *temperature, rng.random()),
                 _ => best(row),
             };
         }
@@ -127,6 +144,14 @@ pub(crate) fn sampled(logits: &[f32], u: f32) -> (usize, f32) {
     // Rounding can leave something over.
     let place = drawn.unwrap_or_else(|| best(logits));
     (place, logits[place] - most - total.ln())
+}
+
+/// The action that a number of `[0, 1)` draws by `softmax(q / α)`; the values `q` become logits.
+pub(crate) fn softened(values: &mut [f32], temperature: f32, u: f32) -> usize {
+    for q in values.iter_mut() {
+        *q /= temperature;
+    }
+    sampled(values, u).0
 }
 
 /// What a network sees of a row of these fields: an image where there is only one, else all numbers as a vector.
@@ -187,7 +212,10 @@ impl Artifact for Agent {
         }
         let n = spec.does.n_discrete().ok()?;
         let fits = match acts.net() {
-            Some(net) => nets.modules.get(net)?.output(&shape).ok()? == [n],
+            Some(net) => {
+                let is_softened = acts != Choice::Softened || temperature(&nets).is_some();
+                nets.modules.get(net)?.output(&shape).ok()? == [n] && is_softened
+            }
             None => are_features(acts, &nets, &shape, n, knows.len()),
         };
         (nets.are_whole() && fits).then_some(Self { acts, nets, spec, knows })

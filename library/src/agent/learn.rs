@@ -111,7 +111,7 @@ fn learns(facts: &Facts<'_>) -> Result<(), Wrong> {
     let env = facts.arg::<Box<dyn Env>>("in");
     let spec = env.as_ref().map(|env| env.spec().map_err(wrong("in"))).transpose()?;
     let (how, span) = (facts.arg::<Box<dyn Method>>("how"), facts.arg::<Box<dyn Span>>("for"));
-    if let (Some(env), Some(true)) = (&env, how.as_ref().map(|how| how.acts())) {
+    if let (Some(env), Some(true)) = (&env, how.as_ref().map(|how| how.is_paid())) {
         pays_something(&**env)?;
     }
     if let (Some(spec), Some(how), Some(lanes)) = (spec, &how, facts.arg("lanes")) {

@@ -1,6 +1,6 @@
 //! What an agent has seen, to be learned from again.
 
-use ivx_data::{Columns, Field, Kind, Values, packed};
+use ivx_data::{Columns, Field, Kind, Trajectories, Values, packed};
 use ivx_nn::{Graph, Real as _, Var};
 use ivx_op::State;
 use ivx_world::{Act, End, Step};
@@ -121,6 +121,29 @@ impl Replay {
         Self { sees: sees.to_vec(), sight, rows, lanes, n_step, discount }
     }
 
+    /// That of all steps of demonstrations, each of which pays `reward`; `n_step` and `discount` as in [`Replay::new`].
+    ///
+    /// What follows the last step of an episode that did not end is known, as it was seen.
+    pub(crate) fn of(paths: &Trajectories, reward: f32, targets: (usize, f64)) -> Self {
+        let Values::Index(acts) = paths.acts.values(0) else { panic!("discrete actions") };
+        let mut replay = Self::new(paths.seen.fields(), (paths.seen.len(), 1), targets);
+        for (seen, done, steps, end) in paths.each() {
+            for t in 0..steps {
+                let act = u8::try_from(acts[done + t]).expect("fewer than 256 actions");
+                let became = match end {
+                    _ if t + 1 < steps => GOES_ON,
+                    End::Terminal => TERMINAL,
+                    End::No | End::Limit => CUT,
+                };
+                replay.write(0, (&paths.seen, seen + t), (act, reward, became));
+                if became == CUT {
+                    replay.write(0, (&paths.seen, seen + steps), (0, 0.0, LAST));
+                }
+            }
+        }
+        replay
+    }
+
     /// How many bytes one takes.
     pub(crate) fn bytes(sees: &[Field], capacity: usize) -> u64 {
         (capacity * (sees.iter().map(kept).sum::<usize>() + 1 + 4 + 1)) as u64
@@ -141,15 +164,20 @@ impl Replay {
                 End::Terminal => TERMINAL,
                 End::Limit => CUT,
             };
-            self.write(lane, &step.before, (act, f32::of(step.rewards[lane]), end));
+            self.write(lane, (&step.before, lane), (act, f32::of(step.rewards[lane]), end));
             if end == CUT {
-                self.write(lane, &step.after, (0, 0.0, LAST));
+                self.write(lane, (&step.after, lane), (0, 0.0, LAST));
             }
         }
     }
 
-    fn write(&mut self, lane: usize, seen: &Columns, (act, reward, end): (u8, f32, u8)) {
-        let (row, sight, rows) = (lane, self.sight, self.rows);
+    fn write(
+        &mut self,
+        lane: usize,
+        (seen, row): (&Columns, usize),
+        (act, reward, end): (u8, f32, u8),
+    ) {
+        let (sight, rows) = (self.sight, self.rows);
         let lane = &mut self.lanes[lane];
         let place = usize::try_from(lane.written % rows as u64).expect("a place in memory");
         if lane.ends.len() == place && place < rows {

@@ -78,9 +78,11 @@ fn sqil(case: &Case, wrong: bool) -> Value {
     let (alpha, discount) = (number(&case.inputs["alpha"]), number(&case.inputs["gamma"]));
     let weighs = numbers(&case.inputs["done"]).into_iter().map(|done| discount * (1.0 - done));
     let is_demo = numbers(&case.inputs["is_demo"]);
+    let pays = is_demo.iter().map(|demo| if wrong { 1.0 - demo } else { *demo });
     let all = SoftSteps {
         values: batch(&graph, case, "q"),
         acts: column(&graph, &numbers(&case.inputs["a"])),
+        rewards: column(&graph, &pays.collect::<Vec<_>>()),
         next: batch(&graph, case, "q_next_target"),
         discounts: column(&graph, &weighs.collect::<Vec<_>>()),
     };
@@ -90,20 +92,19 @@ fn sqil(case: &Case, wrong: bool) -> Value {
         SoftSteps {
             values: of(all.values),
             acts: of(all.acts),
+            rewards: of(all.rewards),
             next: of(all.next),
             discounts: of(all.discounts),
         }
     };
-    let (shown, own) = if wrong { (side(0.0), side(1.0)) } else { (side(1.0), side(0.0)) };
-    let targets = [0.0, 1.0].map(|reward| graph.value(graph.soft_targets(&all, reward, alpha)));
-    let targets = (0..is_demo.len()).map(|i| targets[usize::from(is_demo[i] == 1.0)][i]);
+    let targets = graph.value(graph.soft_targets(&all, alpha));
     let soft = graph.value(graph.still(|| graph.soft_values(all.next, alpha)));
     let policy = rows(&case.inputs["q"]).into_iter().map(|row| boltzmann(&row, alpha));
-    let loss = graph.soft_imitation_loss(&shown, &own, alpha, 1.0);
+    let [loss, ..] = graph.soft_imitation_loss(&side(1.0), &side(0.0), alpha, 1.0);
     graph.backward(loss);
     json!({
         "soft_value_next": soft,
-        "target": targets.collect::<Vec<_>>(),
+        "target": targets,
         "loss": graph.scalar(loss),
         "grad": like(case, "q", graph.grad(all.values)),
         "policy": policy.collect::<Vec<_>>(),
@@ -182,9 +183,7 @@ fn bc_aux(case: &Case, wrong: bool) -> Value {
     let q_loss = graph.mean(graph.squared(graph.pick(q, acts("a")), acts("y")));
     let logits = graph.linear_back(torso("s_demo"), ids[2]);
     let cloned = (logits, acts("a_demo"));
-    let nothing = column(&graph, &[0.0]);
-    let cloning = graph.scalar(graph.still(|| graph.with_cloning(nothing, cloned, 1.0)));
-    let total = graph.with_cloning(q_loss, cloned, if wrong { 0.5 } else { 1.0 });
+    let [total, cloning] = graph.with_cloning(q_loss, cloned, if wrong { 0.5 } else { 1.0 });
     graph.backward(total);
     let grads = names.iter().zip(ids).map(|(name, id)| {
         let grad = graph.params().grad(id).expect("it learns").to_vec();
@@ -192,7 +191,7 @@ fn bc_aux(case: &Case, wrong: bool) -> Value {
     });
     json!({
         "q_loss": graph.scalar(q_loss),
-        "bc_loss": cloning,
+        "bc_loss": graph.scalar(cloning),
         "total": graph.scalar(total),
         "grads": Value::Object(grads.collect()),
     })

@@ -10,7 +10,7 @@ use ivx_op::{
 };
 use ivx_world::{Chain, Env};
 
-fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, usize)) -> Learn {
+pub(crate) fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, usize)) -> Learn {
     let registry = ivx_library::registry();
     let lit = |part: &Part| Lit::Part(registry.complete(part));
     Learn {
@@ -24,11 +24,11 @@ fn learn(how: &Part, env: &Part, steps: i64, (every, lanes): (u64, usize)) -> Le
     }
 }
 
-fn rate(lr: f64) -> Part {
+pub(crate) fn rate(lr: f64) -> Part {
     Part::new("adam").with("lr", Part::new("constant").with("value", lr))
 }
 
-fn dqn() -> Part {
+pub(crate) fn dqn() -> Part {
     let follows = Part::new("averaged").with("share", 0.05);
     Part::new("dqn")
         .with("net", Part::new("mlp").with("hidden", vec![32_i64]))
@@ -139,7 +139,7 @@ impl Progress for Stops {
 }
 
 /// A learning that is stopped again and again, after `gaps` checks each, until it is done.
-fn interrupted(op: &Learn, gaps: impl Iterator<Item = u64>) -> (Learned, usize) {
+pub(crate) fn interrupted(op: &Learn, gaps: impl Iterator<Item = u64>) -> (Learned, usize) {
     let mut kept = None;
     for (stops, gap) in gaps.enumerate() {
         let progress = Stops { left: Mutex::new(gap), kept: Mutex::new(kept) };

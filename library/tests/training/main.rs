@@ -3,6 +3,7 @@
 mod agents;
 mod determinism;
 mod explained;
+mod imitation;
 mod known;
 mod nets;
 mod tasks;

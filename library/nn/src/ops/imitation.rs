@@ -11,6 +11,8 @@ pub struct SoftSteps {
     pub values: Var,
     /// What was done, counted from 0: `[N]`.
     pub acts: Var,
+    /// What was paid up to the state `s'` at which a target looks, discounted: `[N]`.
+    pub rewards: Var,
     /// `q⁻(s', ·)` of a copy that follows: `[N, A]`. It passes no gradient.
     pub next: Var,
     /// What it weighs, 0 where an episode ended: `[N]`.
@@ -59,24 +61,23 @@ impl<F: Real> Graph<F> {
     /// ```text
     /// r + γ α ln Σ_a' e^{q⁻(s', a') / α}
     /// ```
-    ///
-    /// - `reward`: what each step pays.
-    pub fn soft_targets(&self, steps: &SoftSteps, reward: f64, temperature: f64) -> Var {
+    pub fn soft_targets(&self, steps: &SoftSteps, temperature: f64) -> Var {
         self.still(|| {
             let next = self.mul(self.soft_values(steps.next, temperature), steps.discounts);
-            self.affine(next, 1.0, reward)
+            self.add(next, steps.rewards)
         })
     }
 
-    /// The loss of soft Q imitation learning (Reddy et al., 2019): a scalar, in squares of values.
+    /// The loss of soft Q imitation learning (Reddy et al., 2019) and its two parts: scalars, in squares of values.
     ///
     /// ```text
-    /// δ²(D, 1) + λ δ²(B, 0),   δ²(·, r) = 1/N Σ (q(s, a) - r - γ α ln Σ_a' e^{q⁻(s', a') / α})²
+    /// δ²(D) + λ δ²(B),   δ²(·) = 1/N Σ (q(s, a) - r - γ α ln Σ_a' e^{q⁻(s', a') / α})²
     /// ```
     ///
-    /// Steps of demonstrations pay 1 and those of the agent 0. Each of the two is a mean, so that they are balanced
-    /// whatever their numbers.
+    /// Each of the two is a mean, so that they are balanced whatever their numbers.
     ///
+    /// - `shown`: `D`, steps of demonstrations, each of which pays 1.
+    /// - `own`: `B`, those of the agent, which pay 0.
     /// - `temperature`: `α`, above 0, in the unit of values.
     /// - `weight`: `λ`.
     ///
@@ -88,12 +89,13 @@ impl<F: Real> Graph<F> {
         own: &SoftSteps,
         temperature: f64,
         weight: f64,
-    ) -> Var {
-        let loss = |steps: &SoftSteps, reward: f64| {
-            let targets = self.soft_targets(steps, reward, temperature);
+    ) -> [Var; 3] {
+        let loss = |steps: &SoftSteps| {
+            let targets = self.soft_targets(steps, temperature);
             self.mean(self.squared(self.pick(steps.values, steps.acts), targets))
         };
-        self.add(loss(shown, 1.0), self.affine(loss(own, 0.0), weight, 0.0))
+        let (shown, own) = (loss(shown), loss(own));
+        [self.add(shown, self.affine(own, weight, 0.0)), shown, own]
     }
 
     /// The loss of a discriminator that tells steps of demonstrations from those of an agent (Ho and Ermon, 2016): a
@@ -141,8 +143,8 @@ impl<F: Real> Graph<F> {
         self.mean(self.square(self.affine(self.lengths(slopes), 1.0, -1.0)))
     }
 
-    /// A loss with that of cloning demonstrations beside it, which shapes what the networks of both share (Eqn. 4.3): a
-    /// scalar.
+    /// A loss with that of cloning demonstrations beside it, which shapes what the networks of both share (Eqn. 4.3), and
+    /// that of cloning alone: scalars.
     ///
     /// ```text
     /// L + λ 1/N Σ -ln π(a | h(s))
@@ -153,9 +155,9 @@ impl<F: Real> Graph<F> {
     ///
     /// # Panics
     /// If the shapes do not go together, or there is no such action.
-    pub fn with_cloning(&self, loss: Var, (logits, acts): (Var, Var), weight: f64) -> Var {
+    pub fn with_cloning(&self, loss: Var, (logits, acts): (Var, Var), weight: f64) -> [Var; 2] {
         let cloning = self.mean(self.cross_entropy(logits, acts));
-        self.add(loss, self.affine(cloning, weight, 0.0))
+        [self.add(loss, self.affine(cloning, weight, 0.0)), cloning]
     }
 }
 
@@ -170,12 +172,18 @@ mod tests {
         graph.input(Shape::vectors(n, values.len() / n), values)
     }
 
-    fn steps(graph: &Graph<f64>, values: Var, next: &[f64], discounts: &[f64]) -> SoftSteps {
+    fn steps(
+        graph: &Graph<f64>,
+        (values, reward): (Var, f64),
+        next: &[f64],
+        discounts: &[f64],
+    ) -> SoftSteps {
         let n = discounts.len();
         let acts: Vec<f64> = (0..n).map(|i| [1.0, 0.0][i % 2]).collect();
         SoftSteps {
             values,
             acts: numbers(graph, n, &acts),
+            rewards: numbers(graph, n, &vec![reward; n]),
             next: numbers(graph, n, next),
             discounts: numbers(graph, n, discounts),
         }
@@ -197,15 +205,19 @@ mod tests {
     fn demonstrations_pay_one_and_weigh_as_much_as_the_rest() {
         let graph = Graph::<f64>::new(Params::default());
         let shown = numbers(&graph, 1, &[0.0, 2.0]);
-        let shown = steps(&graph, shown, &[0.0, 0.0], &[0.5]);
+        let shown = steps(&graph, (shown, 1.0), &[0.0, 0.0], &[0.5]);
         let own = numbers(&graph, 2, &[9.0, 1.0, 3.0, 9.0]);
-        let own = steps(&graph, own, &[0.0, 0.0, 0.0, 0.0], &[0.0, 0.0]);
+        let own = steps(&graph, (own, 0.0), &[0.0, 0.0, 0.0, 0.0], &[0.0, 0.0]);
         // 2 - 1 - ½ ln 2; 1 and 3.
         let first = (1.0 - 0.5 * 2.0_f64.ln()).powi(2);
-        let loss = graph.scalar(graph.soft_imitation_loss(&shown, &own, 1.0, 1.0));
-        assert!((loss - (first + 5.0)).abs() < 1e-15);
-        let loss = graph.scalar(graph.soft_imitation_loss(&shown, &own, 1.0, 0.1));
-        assert!((loss - (first + 0.5)).abs() < 1e-15);
+        let loss =
+            |weight| graph.soft_imitation_loss(&shown, &own, 1.0, weight).map(|l| graph.scalar(l));
+        let near = |found: [f64; 3], all: f64| {
+            let apart = found.into_iter().zip([all, first, 5.0]);
+            assert!(apart.into_iter().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+        };
+        near(loss(1.0), first + 5.0);
+        near(loss(0.1), first + 0.5);
     }
 
     #[test]
@@ -262,8 +274,8 @@ mod tests {
             let next = [case.numbers(2 * n), case.numbers(2 * m)];
             let discounts = [case.numbers(n), case.numbers(m)];
             Box::new(move |graph, x| {
-                let of = |i: usize| steps(graph, x[i], &next[i], &discounts[i]);
-                graph.soft_imitation_loss(&of(0), &of(1), 0.5, 0.7)
+                let of = |i: usize, pays| steps(graph, (x[i], pays), &next[i], &discounts[i]);
+                graph.soft_imitation_loss(&of(0, 1.0), &of(1, 0.0), 0.5, 0.7)[0]
             })
         });
         check("discriminator_loss", |case| {
@@ -295,7 +307,7 @@ mod tests {
             Box::new(move |graph, x| {
                 let acts: Vec<f64> = (0..n).map(|i| [2.0, 0.0][i % 2]).collect();
                 let loss = graph.mean(graph.square(x[0]));
-                graph.with_cloning(loss, (x[1], numbers(graph, n, &acts)), 0.3)
+                graph.with_cloning(loss, (x[1], numbers(graph, n, &acts)), 0.3)[0]
             })
         });
     }

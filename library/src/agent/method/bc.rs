@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use ivx_data::form::failed;
 use ivx_data::{Columns, Demonstrations, Misfit, Values, same_world};
 use ivx_nn::optim::Pull;
-use ivx_nn::{Descent, Live, Module, Net, Networks, Optimiser, Rule, Shape, Turns};
+use ivx_nn::{Descent, Graph, Live, Module, Net, Networks, Optimiser, Rule, Shape, Turns, Var};
 use ivx_op::{Ctx, One, OpError, Part, State, declare};
 use ivx_world::{Acts, Spec, Step};
 
@@ -33,6 +33,12 @@ declare! {
     }
 }
 
+/// Whether demonstrations are of such a world.
+pub(super) fn shown_in(shown: &Demonstrations, spec: &Spec) -> Result<(), Misfit> {
+    let own = (shown.paths.seen.fields(), &shown.paths.does);
+    same_world("the demonstrations show", own, (&spec.sees, &spec.does))
+}
+
 impl Bc {
     fn module(&self, spec: &Spec) -> Result<Module, Misfit> {
         let n = spec.does.n_discrete()?;
@@ -42,11 +48,8 @@ impl Bc {
 
 impl Method for Bc {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
-        let spec = setting.spec;
-        let paths = &self.shown.paths;
-        let shown = (paths.seen.fields(), &paths.does);
-        same_world("the demonstrations show", shown, (&spec.sees, &spec.does))?;
-        self.module(spec).map(drop)
+        shown_in(&self.shown, setting.spec)?;
+        self.module(setting.spec).map(drop)
     }
 
     fn memory(&self, setting: &Setting<'_>) -> u64 {
@@ -61,6 +64,10 @@ impl Method for Bc {
         false
     }
 
+    fn cloned(&self) -> Option<&Bc> {
+        Some(self)
+    }
+
     fn begin<'a>(
         &'a self,
         setting: &Setting<'_>,
@@ -70,19 +77,13 @@ impl Method for Bc {
         let module = self.module(spec).map_err(failed)?;
         let modules = BTreeMap::from([("policy".to_owned(), module)]);
         let live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
-        let rows = seen_before(&self.shown);
-        if rows.is_empty() {
-            return Err(OpError::Failed("there are no steps to learn from".to_owned()));
-        }
         let steps = setting.steps.or(setting.updates).unwrap_or(u64::MAX);
         let rule = Rule { optimiser: &*self.optimiser, pull: Pull::NONE, steps };
         Ok(Box::new(Learner {
             how: self,
-            ctx: *ctx,
             descent: Descent::new(&live, &["policy"], rule),
             live,
-            turns: Turns::new(rows.len(), self.batch),
-            rows,
+            examples: Examples::new(&self.shown, self.batch, ctx)?,
             spec: spec.clone(),
             losses: Means::new(&["loss"]),
         }))
@@ -91,12 +92,9 @@ impl Method for Bc {
 
 struct Learner<'a> {
     how: &'a Bc,
-    ctx: Ctx<'a>,
     live: Live,
     descent: Descent<'a>,
-    turns: Turns,
-    /// The row of what was seen before each step.
-    rows: Vec<usize>,
+    examples: Examples<'a>,
     spec: Spec,
     losses: Means,
 }
@@ -137,21 +135,54 @@ impl Learning for Learner<'_> {
 
 impl Learner<'_> {
     fn update(&mut self) {
-        let paths = &self.how.shown.paths;
-        let Values::Index(acts) = paths.acts.values(0) else { unreachable!("they are discrete") };
-        let places = self.turns.turn(self.descent.done(), &self.ctx);
-        let rows: Vec<usize> = places.iter().map(|place| self.rows[*place]).collect();
+        let t = self.descent.done();
         let loss = self.descent.lower(&self.live, |live| {
-            let graph = &live.graph;
-            let x = graph.filled(seen_shape(&self.spec.sees, rows.len()), |out| {
-                paths.seen.spread_rows(&rows, out);
-            });
-            let acts = graph.filled(Shape::vectors(rows.len(), 1), |out| {
-                #[expect(clippy::cast_precision_loss, reason = "actions are few")]
-                out.iter_mut().zip(places).for_each(|(x, place)| *x = acts[*place] as f32);
-            });
-            graph.mean(graph.cross_entropy(live.pass("policy", x), acts))
+            let (x, acts) = self.examples.draw(t, &live.graph);
+            live.graph.mean(live.graph.cross_entropy(live.pass("policy", x), acts))
         });
         self.losses.add(&[loss]);
+    }
+}
+
+/// Steps of demonstrations, batch after batch and pass after pass.
+#[derive(Debug)]
+pub(super) struct Examples<'a> {
+    of: &'a Demonstrations,
+    ctx: Ctx<'a>,
+    turns: Turns,
+    /// The row of what was seen before each step.
+    rows: Vec<usize>,
+}
+
+impl<'a> Examples<'a> {
+    /// All steps, so many in a batch.
+    pub(super) fn new(
+        of: &'a Demonstrations,
+        batch: usize,
+        ctx: &Ctx<'a>,
+    ) -> Result<Self, OpError> {
+        let rows = seen_before(of);
+        if rows.is_empty() {
+            return Err(OpError::Failed("there are no steps to learn from".to_owned()));
+        }
+        Ok(Self { of, ctx: *ctx, turns: Turns::new(rows.len(), batch), rows })
+    }
+
+    /// What was seen before those that update `t` looks at, and what was done then.
+    pub(super) fn draw(&mut self, t: u64, graph: &Graph<f32>) -> (Var, Var) {
+        let seen = &self.of.paths.seen;
+        let Values::Index(acts) = self.of.paths.acts.values(0) else {
+            unreachable!("they are discrete")
+        };
+        let places = self.turns.turn(t, &self.ctx);
+        let rows: Vec<usize> = places.iter().map(|place| self.rows[*place]).collect();
+        let x = graph.filled(seen_shape(seen.fields(), rows.len()), |out| {
+            seen.spread_rows(&rows, out);
+        });
+        let acts = graph.filled(Shape::vectors(rows.len(), 1), |out| {
+            #[expect(clippy::cast_precision_loss, reason = "actions are few")]
+            out.iter_mut().zip(places).for_each(|(x, place)| *x = acts[*place] as f32);
+        });
+        (x, acts)
     }
 }

@@ -9,13 +9,14 @@ use ivx_nn::{
     Descent, Follow, Graph, Live, Module, Net, Networks, Optimiser, Real, Rule, Schedule, Shape,
     Var,
 };
-use ivx_op::{Ctx, OpError, Part, State, declare};
+use ivx_op::{Ctx, One, OpError, Part, State, declare};
 use ivx_world::{Acts, Spec, Step};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::agent::{Agent, Choice, best, look, sight};
 use super::super::explore::Explore;
 use super::super::replay::{Batch, Replay};
+use super::beside::{CLONE, Cloning, Shares, join};
 use super::target::Target;
 use super::{Learning, Means, Method, Setting};
 
@@ -56,6 +57,8 @@ declare! {
         /// Up to which error the loss is a square. Where returns are far above it, as 100 is above 1, errors of values
         /// that grow are no longer corrected as fast as they grow: give a larger one.
         huber: f64 = 1.0, in f64::MIN_POSITIVE..;
+        /// An agent of such a network to go on from, instead of one that has learned nothing.
+        from: Option<One<Agent>>;
     }
 }
 
@@ -88,41 +91,52 @@ impl Dqn {
     pub(super) fn due(&self, t: u64) -> u64 {
         t.checked_sub(self.warm_up).map_or(0, |t| t / self.every + 1)
     }
-}
 
-impl Method for Dqn {
-    fn replayed(&self) -> Option<&Self> {
-        Some(self)
+    /// How many bytes there are of what comes of a batch, of its gradients, and of what follows it.
+    pub(super) fn outputs(&self, setting: &Setting<'_>) -> u64 {
+        let outputs = |module: Module| module.n_outputs(&sight(&setting.spec.sees));
+        self.module(setting.spec).map_or(0, outputs) * self.batch as u64 * 3 * 4
     }
 
-    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
-        self.module(setting.spec).map(drop)
+    /// Whether learning can go on from an agent.
+    pub(super) fn goes_on(&self, from: &Agent, spec: &Spec) -> Result<(), Misfit> {
+        from.spec.same(spec)?;
+        // Of an agent that has yet to be learned only its world is known.
+        let is_later = from.nets.modules.is_empty();
+        if is_later || from.nets.modules.get("q") == Some(&self.module(spec)?) {
+            return Ok(());
+        }
+        Err(Misfit::new(
+            "the agent to go on from has no such network of action values".to_owned(),
+            "choose one that `dqn(..)` or `sqil(..)` learned with the same `net`",
+        ))
     }
 
-    fn memory(&self, setting: &Setting<'_>) -> u64 {
-        let spec = setting.spec;
-        let Ok(module) = self.module(spec) else { return 0 };
-        // A parameter, its gradient, two averages, the copy, and two more while it is kept.
-        let params = module.n_params() * 7 * 4;
-        let outputs = module.n_outputs(&sight(&spec.sees)) * self.batch as u64 * 3 * 4;
-        // The replay, and once more while it is kept.
-        params + outputs + 2 * Replay::bytes(&spec.sees, self.replay)
-    }
-
-    fn begin<'a>(
+    /// A learner whose network is drawn, or begins as that of an agent, and which clones others beside or does not.
+    pub(super) fn open<'a>(
         &'a self,
+        (from, cloning): (Option<&Agent>, Option<Cloning<'a>>),
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
-    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+    ) -> Result<Learner<'a>, OpError> {
         let spec = setting.spec;
         let modules = BTreeMap::from([("q".to_owned(), self.module(spec).map_err(failed)?)]);
-        let mut live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
+        let mut nets = Networks::drawn(modules, &mut ctx.rng("init", &[]));
+        if cloning.is_some() {
+            join(&mut nets, &*self.net, spec, ctx)?;
+        }
+        for (name, _, values) in &mut nets.arrays {
+            if let Some((.., learned)) = from.and_then(|from| from.nets.array(name)) {
+                values.clone_from(learned);
+            }
+        }
+        let mut live = Live::of(&nets);
         live.target("q");
         let steps = setting.steps.map_or(u64::MAX, |n| n.saturating_sub(self.warm_up) / self.every);
         let rule = Rule { optimiser: &*self.optimiser, pull: Pull::NONE, steps };
-        Ok(Box::new(Learner {
+        Ok(Learner {
             how: self,
-            descent: Descent::new(&live, &["q"], rule),
+            descent: Descent::new(&live, &["q", CLONE], rule),
             live,
             replay: self.replay(setting),
             explore: self.exploring(ctx),
@@ -130,43 +144,84 @@ impl Method for Dqn {
             draws: ctx.rng("replay", &[]),
             follow: self.target.rule(),
             batch: Batch::default(),
-            losses: Means::new(&["loss", "value"]),
+            losses: Means::new(match &cloning {
+                None => &["loss", "value"],
+                Some(_) => &["loss", "value", "cloning"],
+            }),
+            cloning,
             tried: Vec::new(),
             values: Vec::new(),
-        }))
+        })
     }
 }
 
-struct Learner<'a> {
-    how: &'a Dqn,
-    live: Live,
-    descent: Descent<'a>,
-    replay: Replay,
+impl Method for Dqn {
+    fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
+        self.module(setting.spec)?;
+        self.from.as_deref().map_or(Ok(()), |from| self.goes_on(from, setting.spec))
+    }
+
+    fn replayed(&self) -> Option<&Dqn> {
+        Some(self)
+    }
+
+    fn memory(&self, setting: &Setting<'_>) -> u64 {
+        let spec = setting.spec;
+        let Ok(module) = self.module(spec) else { return 0 };
+        // A parameter, its gradient, two averages, the copy, and two more while it is kept.
+        let params = module.n_params() * 7 * 4;
+        // The replay, and once more while it is kept.
+        params + self.outputs(setting) + 2 * Replay::bytes(&spec.sees, self.replay)
+    }
+
+    fn shares(&self) -> Option<&dyn Shares> {
+        Some(self)
+    }
+
+    fn begin<'a>(
+        &'a self,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        self.begin_beside(None, setting, ctx)
+    }
+}
+
+impl Shares for Dqn {
+    fn net(&self) -> &dyn Net {
+        &*self.net
+    }
+
+    fn begin_beside<'a>(
+        &'a self,
+        cloning: Option<Cloning<'a>>,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        Ok(Box::new(self.open((self.from.as_deref(), cloning), setting, ctx)?))
+    }
+}
+
+/// Deep Q-learning under way.
+pub(super) struct Learner<'a> {
+    pub(super) how: &'a Dqn,
+    pub(super) live: Live,
+    pub(super) descent: Descent<'a>,
+    pub(super) replay: Replay,
     explore: Explore<'a>,
-    spec: Spec,
-    draws: ChaCha8Rng,
-    follow: Follow,
-    batch: Batch,
-    losses: Means,
+    pub(super) spec: Spec,
+    pub(super) draws: ChaCha8Rng,
+    pub(super) follow: Follow,
+    pub(super) batch: Batch,
+    pub(super) losses: Means,
+    cloning: Option<Cloning<'a>>,
     tried: Vec<Option<usize>>,
     values: Vec<f32>,
 }
 
 impl Learning for Learner<'_> {
     fn act(&mut self, t: u64, seen: &Columns, acts: &mut Acts) {
-        let Ok(n) = self.spec.does.n_discrete() else { unreachable!("it fits") };
-        self.explore.tried(t, n, seen.len(), &mut self.tried);
-        if self.tried.iter().any(Option::is_none) {
-            self.live.graph.begin();
-            let q = self.live.graph.still(|| self.live.pass("q", look(&self.live, seen)));
-            self.live.graph.read(q, &mut self.values);
-        } else {
-            self.values.resize(n * seen.len(), 0.0);
-        }
-        let rows = self.tried.iter().zip(self.values.chunks_exact(n));
-        for (act, (tried, values)) in acts.places.iter_mut().zip(rows) {
-            *act = tried.unwrap_or_else(|| best(values));
-        }
+        self.choose(t, seen, acts, |values| best(values));
     }
 
     fn see(&mut self, step: &Step) {
@@ -174,8 +229,7 @@ impl Learning for Learner<'_> {
     }
 
     fn learn(&mut self, t: u64) {
-        let due = self.how.due(t);
-        while self.descent.done() < due {
+        while self.is_due(t) {
             self.update();
         }
     }
@@ -202,12 +256,47 @@ impl Learning for Learner<'_> {
 }
 
 impl Learner<'_> {
-    fn update(&mut self) {
-        let Self { how, live, replay, batch, draws, .. } = self;
+    /// Chooses an action for each lane: one drawn evenly, as often as it explores, and else one by the values.
+    pub(super) fn choose(
+        &mut self,
+        t: u64,
+        seen: &Columns,
+        acts: &mut Acts,
+        mut by: impl FnMut(&mut [f32]) -> usize,
+    ) {
+        let Ok(n) = self.spec.does.n_discrete() else { unreachable!("it fits") };
+        self.explore.tried(t, n, seen.len(), &mut self.tried);
+        if self.tried.iter().any(Option::is_none) {
+            self.live.graph.begin();
+            let q = self.live.graph.still(|| self.live.pass("q", look(&self.live, seen)));
+            self.live.graph.read(q, &mut self.values);
+        } else {
+            self.values.resize(n * seen.len(), 0.0);
+        }
+        let rows = self.tried.iter().zip(self.values.chunks_exact_mut(n));
+        for (act, (tried, values)) in acts.places.iter_mut().zip(rows) {
+            *act = tried.unwrap_or_else(|| by(values));
+        }
+    }
+
+    /// Whether an update is to be made now that `t` steps are done.
+    pub(super) fn is_due(&self, t: u64) -> bool {
+        self.descent.done() < self.how.due(t)
+    }
+
+    /// Draws the steps that an update looks at.
+    pub(super) fn draw(&mut self) {
+        let Self { how, replay, batch, draws, .. } = self;
         draws.set_stream(self.descent.done());
         draws.set_word_pos(0);
         replay.draw(how.batch, draws, batch);
-        let mut value = f64::NAN;
+    }
+
+    fn update(&mut self) {
+        self.draw();
+        let Self { how, live, replay, batch, cloning, .. } = self;
+        let t = self.descent.done();
+        let (mut value, mut cloned) = (f64::NAN, f64::NAN);
         let loss = self.descent.lower(live, |live| {
             let graph = &live.graph;
             let column = |values: &[f32]| graph.input(Shape::vectors(values.len(), 1), values);
@@ -219,9 +308,14 @@ impl Learner<'_> {
             });
             let q = live.pass("q", replay.look(graph, &batch.rows));
             value = graph.scalar(graph.still(|| graph.mean(q))).into();
-            q_loss(graph, q, column(&batch.acts), target, how.huber)
+            let loss = q_loss(graph, q, column(&batch.acts), target, how.huber);
+            let Some(cloning) = cloning else { return loss };
+            let [loss, apart] = cloning.beside(t, live, "q", loss);
+            cloned = graph.scalar(apart).into();
+            loss
         });
-        self.losses.add(&[loss, value]);
+        // As many as there are names.
+        self.losses.add(&[loss, value, cloned]);
         self.live.follow(self.follow, self.descent.done());
     }
 }

@@ -38,6 +38,10 @@ impl Method for Inferred {
         self.by.memory(setting)
     }
 
+    fn is_paid(&self) -> bool {
+        false
+    }
+
     fn begin<'a>(
         &'a self,
         setting: &Setting<'_>,

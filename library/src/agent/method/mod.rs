@@ -2,6 +2,7 @@
 
 mod a2c;
 mod bc;
+mod beside;
 mod dqn;
 mod inferred;
 mod itd;
@@ -10,6 +11,7 @@ mod on_policy;
 mod ppo;
 mod preferences;
 mod psi_phi;
+mod sqil;
 mod target;
 
 use std::fmt::Debug;
@@ -21,6 +23,7 @@ use ivx_world::{Acts, Spec, Step};
 
 pub use a2c::A2c;
 pub use bc::Bc;
+pub use beside::{Beside, Cloning, Shares};
 pub use dqn::{Dqn, q_loss, q_target};
 pub use inferred::Inferred;
 pub use itd::Itd;
@@ -28,6 +31,7 @@ pub use means::Means;
 pub use ppo::Ppo;
 pub use preferences::NewTask;
 pub use psi_phi::PsiPhi;
+pub use sqil::Sqil;
 
 use super::agent::Agent;
 use super::learn::{Counted, Span};
@@ -71,8 +75,23 @@ pub trait Method: Debug + Send + Sync {
         true
     }
 
-    /// Itself, where it learns values from steps that are kept.
+    /// Whether it learns from what is paid.
+    fn is_paid(&self) -> bool {
+        self.acts()
+    }
+
+    /// Itself, if it is deep Q-learning, by whose settings others learn too.
     fn replayed(&self) -> Option<&Dqn> {
+        None
+    }
+
+    /// Itself, if it is behaviour cloning.
+    fn cloned(&self) -> Option<&Bc> {
+        None
+    }
+
+    /// Itself, if others can learn beside it by layers that they share.
+    fn shares(&self) -> Option<&dyn Shares> {
         None
     }
 
@@ -124,6 +143,8 @@ fn methods() -> &'static Parts<dyn Method> {
             .with(|x: PsiPhi| Box::new(x))
             .with(|x: NewTask| Box::new(x))
             .with(|x: Inferred| Box::new(x))
+            .with(|x: Sqil| Box::new(x))
+            .with(|x: Beside| Box::new(x))
     });
     &TABLE
 }
@@ -132,3 +153,6 @@ fn methods() -> &'static Parts<dyn Method> {
 pub(super) fn register(registry: Registry) -> Registry {
     registry.parts(methods()).parts(target::targets())
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,6 +16,7 @@ use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::super::agent::{Agent, Choice, TORSO, look, sampled, seen_shape, shared, sight};
+use super::beside::{Cloning, Shares, join};
 use super::{Learning, Means, Method, Setting};
 
 /// A method that improves the policy of the moment.
@@ -47,12 +48,31 @@ impl<T: Improve> Method for T {
         self.how().memory(setting)
     }
 
+    fn shares(&self) -> Option<&dyn Shares> {
+        Some(self)
+    }
+
     fn begin<'a>(
         &'a self,
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
-        self.how().begin(setting, ctx)
+        self.how().begin(None, setting, ctx)
+    }
+}
+
+impl<T: Improve> Shares for T {
+    fn net(&self) -> &dyn Net {
+        self.how().net
+    }
+
+    fn begin_beside<'a>(
+        &'a self,
+        cloning: Option<Cloning<'a>>,
+        setting: &Setting<'_>,
+        ctx: &Ctx<'a>,
+    ) -> Result<Box<dyn Learning + 'a>, OpError> {
+        self.how().begin(cloning, setting, ctx)
     }
 }
 
@@ -111,6 +131,7 @@ impl How<'_> {
 
     fn begin<'a>(
         self,
+        cloning: Option<Cloning<'a>>,
         setting: &Setting<'_>,
         ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError>
@@ -120,7 +141,11 @@ impl How<'_> {
         let (spec, lanes) = (setting.spec, setting.lanes);
         let modules = self.modules(spec).map_err(failed)?;
         let n = lanes * self.n_steps;
-        let live = Live::of(&Networks::drawn(modules, &mut ctx.rng("init", &[])));
+        let mut nets = Networks::drawn(modules, &mut ctx.rng("init", &[]));
+        if cloning.is_some() {
+            join(&mut nets, self.net, spec, ctx)?;
+        }
+        let live = Live::of(&nets);
         let each = (self.epochs * self.minibatches) as u64;
         let steps = setting.steps.map_or(u64::MAX, |steps| steps / n as u64 * each);
         let rule = Rule { optimiser: self.optimiser, pull: Pull::NONE, steps };
@@ -132,7 +157,11 @@ impl How<'_> {
             draws: ctx.rng("act", &[]),
             order: ctx.rng("batches", &[]),
             places: (0..n).collect(),
-            losses: Means::new(&["policy", "value", "entropy"]),
+            losses: Means::new(match &cloning {
+                None => &["policy", "value", "entropy"],
+                Some(_) => &["policy", "value", "entropy", "cloning"],
+            }),
+            cloning,
             out: [const { Vec::new() }; 2],
         }))
     }
@@ -228,6 +257,7 @@ struct OnPolicy<'a> {
     order: ChaCha8Rng,
     places: Vec<usize>,
     losses: Means,
+    cloning: Option<Cloning<'a>>,
     out: [Vec<f32>; 2],
 }
 
@@ -246,7 +276,7 @@ impl OnPolicy<'_> {
     }
 
     fn improve(&mut self) {
-        let Self { how, live, descent, paths, order, places, losses, out, .. } = self;
+        let Self { how, live, descent, paths, order, places, losses, cloning, out, .. } = self;
         Self::worth(live, &paths.last, &mut out[1]);
         let [gains, returns] = paths.targets(&out[1], how.discount, how.trace);
         let size = places.len() / how.minibatches;
@@ -258,7 +288,8 @@ impl OnPolicy<'_> {
                 places.shuffle(order);
             }
             for places in places.chunks_exact(size) {
-                let mut parts = [Var::default(); 4];
+                let (mut parts, mut cloned) = ([Var::default(); 4], f64::NAN);
+                let t = descent.done();
                 descent.lower(live, |live| {
                     let graph = &live.graph;
                     let x = graph.filled(seen_shape(&paths.spec.sees, size), |out| {
@@ -283,10 +314,14 @@ impl OnPolicy<'_> {
                         returns: column(&returns),
                     };
                     parts = how.improve.loss(live, heads(live, x), &old);
-                    parts[0]
+                    let Some(cloning) = cloning else { return parts[0] };
+                    let [loss, apart] = cloning.beside(t, live, "policy", parts[0]);
+                    cloned = graph.scalar(apart).into();
+                    loss
                 });
                 let told = |i: usize| f64::from(live.graph.scalar(parts[i]));
-                losses.add(&[told(1), told(2), told(3)]);
+                // As many as there are names.
+                losses.add(&[told(1), told(2), told(3), cloned]);
             }
         }
         paths.filled = 0;

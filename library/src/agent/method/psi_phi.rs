@@ -55,6 +55,8 @@ declare! {
         sparsity: f64 = 0.05, in 0.0..;
         /// What the square of a preference of its own costs, beside the mean squared error of what was paid.
         ridge: f64 = 1e-4, in f64::MIN_POSITIVE..;
+        /// An agent of such networks to go on from in a new task, instead of one that has learned nothing.
+        from: Option<One<Agent>>;
     }
 }
 
@@ -87,8 +89,15 @@ impl Method for PsiPhi {
             let message = format!("{} members are heard of {}", self.heard, self.members);
             return Err(Misfit::new(message, "hear fewer"));
         }
+        if by.from.is_some() {
+            let message = "it goes on from an agent of its own kind, and not of `dqn`'s".to_owned();
+            return Err(Misfit::new(message, "write `from` beside `by`"));
+        }
         are_of(&self.shown, setting.spec)?;
         by.fits(setting)?;
+        if let Some(from) = &self.from {
+            from.spec.same(setting.spec)?;
+        }
         self.heads(by).fit(setting.spec)
     }
 

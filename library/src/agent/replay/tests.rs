@@ -145,3 +145,34 @@ fn the_oldest_steps_are_forgotten() {
     assert!(State::restore(&bytes, |state| other.state(state)));
     assert_eq!(drawn(&other), drawn(&replay));
 }
+
+#[test]
+fn demonstrations_pay_the_same_at_each_step() {
+    // States 1, 0, 1, 2 by actions 0, 1, 1: one ends, and one is cut off.
+    let mut paths = super::super::strolls(2).trajectories();
+    paths.episodes[1].1 = End::Limit;
+    let replay = Replay::of(&paths, 1.0, (2, 0.5));
+    let (mut rng, mut batch) = (ChaCha8Rng::seed_from_u64(1), Batch::default());
+    replay.draw(500, &mut rng, &mut batch);
+    let mut found: Vec<_> = (0..500)
+        .map(|i| {
+            let place = |row: (usize, usize)| {
+                looked(&replay, &[row]).iter().position(|x| *x == 1.0).expect("a state")
+            };
+            let next = (batch.discounts[i] > 0.0).then(|| place(batch.next[i]));
+            let step = (batch.acts[i], batch.rewards[i], batch.discounts[i], next);
+            (batch.rows[i].1, place(batch.rows[i]), step)
+        })
+        .collect();
+    found.sort_by_key(|(row, ..)| *row);
+    found.dedup();
+    let expected = [
+        (0, 1, (0.0, 1.5, 0.25, Some(1))),
+        (1, 0, (1.0, 1.5, 0.0, None)),
+        (2, 1, (1.0, 1.0, 0.0, None)),
+        (3, 1, (0.0, 1.5, 0.25, Some(1))),
+        (4, 0, (1.0, 1.5, 0.25, Some(2))),
+        (5, 1, (1.0, 1.0, 0.5, Some(2))),
+    ];
+    assert_eq!(found, expected);
+}
