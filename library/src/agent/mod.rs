@@ -28,8 +28,8 @@ pub use evaluate::{Evaluate, Evaluation};
 pub use explained::{CumulantMap, Imitation, LearnedPreferences, MatchedCumulants};
 pub use learn::{Episodes, Learn, Learned, Span, Steps, Updates};
 pub use method::{
-    A2c, Bc, Beside, Cloning, Dqn, Inferred, Itd, Learning, Means, Method, NewTask, Ppo, PsiPhi,
-    Setting, Shares, Sqil, q_loss, q_target,
+    A2c, Bc, Beside, Cloning, Dqn, Gail, Inferred, Itd, Learning, Means, Method, NewTask, Ppo,
+    PsiPhi, Setting, Shares, Sqil, q_loss, q_target,
 };
 pub use watch::Watched;
 

@@ -136,6 +136,16 @@ fn sqil(by: Part) -> Part {
     Part::new("sqil").with("shown", shown(QUIET)).with("by", by)
 }
 
+/// The same at a rate that falls, since what a discriminator pays changes as the agent does.
+fn settling() -> Part {
+    let falls = Part::new("linear").with("from", 1e-2).with("to", 0.0);
+    ppo().with("optimiser", Part::new("adam").with("lr", falls))
+}
+
+fn gail(by: Part) -> Part {
+    Part::new("gail").with("shown", shown(QUIET)).with("by", by).with("net", net(32))
+}
+
 fn beside(method: Part, world: Corner, weight: f64) -> Part {
     let cloning = Part::new("bc").with("shown", shown(world)).with("batch", 32_i64);
     Part::new("beside").with("method", method).with("cloning", cloning).with("weight", weight)
@@ -147,9 +157,14 @@ fn who_imitates_gets_nearly_what_others_got_and_never_learns_what_it_pays() {
     let (best, chance) = (returns(Box::new(Expert)), returns(Box::new(Random {})));
     assert!(best > 16.0 && chance < 0.15 * best, "{best} {chance}");
     let ahead = q_learning().with("n_step", 3_i64);
-    for (name, how, (steps, lanes)) in
-        [("sqil", sqil(q_learning()), (3000, 1)), ("sqil over three steps", sqil(ahead), (3000, 2))]
-    {
+    for (name, how, (steps, lanes)) in [
+        ("sqil", sqil(q_learning()), (3000, 1)),
+        ("sqil over three steps", sqil(ahead), (3000, 2)),
+        ("gail", gail(settling()), (16_000, 8)),
+        ("gail, paid to end", gail(settling()).with("pays", "negative"), (16_000, 8)),
+        ("gail, paid by the logit", gail(settling()).with("pays", "logit"), (16_000, 8)),
+        ("gail by q-learning", gail(q_learning()).with("pays", "logit"), (4000, 8)),
+    ] {
         let learned = |world| learned(&how, world, (steps, lanes, 1)).agent;
         let agent: Agent = learned(QUIET);
         let got = returns(Box::new(Trained { agent: One(agent.clone()) }));
@@ -203,9 +218,13 @@ fn who_is_stopped_at_any_moment_imitates_to_the_same_bytes() {
     let small = |how: Part| how.with("net", net(8));
     let q = || small(q_learning().with("warm_up", 64_i64).with("replay", 300_i64));
     let ppo = || small(ppo().with("n_steps", 16_i64));
-    for (how, lanes) in
-        [(sqil(q()), 4), (beside(q(), QUIET, 1.0), 1), (beside(ppo(), QUIET, 1.0), 8)]
-    {
+    for (how, lanes) in [
+        (sqil(q()), 4),
+        (gail(ppo()).with("recent", 100_i64), 8),
+        (gail(beside(q(), QUIET, 0.5)), 2),
+        (beside(q(), QUIET, 1.0), 1),
+        (beside(ppo(), QUIET, 1.0), 8),
+    ] {
         let mut op = learn(&how, &Part::new("cart_pole"), 960, (320, lanes));
         op.r#in = Box::new(QUIET);
         let whole = op.run(&Ctx::new("learn", 3, None)).expect("it learns");

@@ -19,6 +19,17 @@ pub struct Layer {
 }
 
 impl Module {
+    /// Whether it is a perceptron, none of whose layers is followed by [`Curve::Silu`].
+    #[must_use]
+    pub fn is_perceptron(&self) -> bool {
+        let simple =
+            |part: &Self| matches!(part, Self::Dense { curve, .. } if *curve != Curve::Silu);
+        match self {
+            Self::Sequence(parts) => parts.iter().all(simple),
+            part => simple(part),
+        }
+    }
+
     /// The layers of a perceptron, whose gradient by its inputs [`Graph::input_gradient`] makes; `None` if it has others,
     /// or one followed by [`Curve::Silu`].
     ///
@@ -224,7 +235,11 @@ mod tests {
         let ids: Vec<ParamId> =
             (0..4).map(|i| params.add(format!("p{i}"), vec![1], vec![0.0])).collect();
         let of = |layers: Vec<Module>| Module::Sequence(layers).perceptron(&ids);
-        let two = of(vec![dense(2, 3, Curve::Tanh), dense(3, 1, Curve::Identity)]).unwrap();
+        let layers = vec![dense(2, 3, Curve::Tanh), dense(3, 1, Curve::Identity)];
+        assert!(Module::Sequence(layers.clone()).is_perceptron());
+        assert!(!Module::Sequence(vec![dense(2, 3, Curve::Silu)]).is_perceptron());
+        assert!(!Module::Sequence(vec![dense(2, 3, Curve::Tanh), Module::Flatten]).is_perceptron());
+        let two = of(layers).unwrap();
         assert_eq!(two[1], Layer { weight: ids[2], bias: ids[3], curve: Curve::Identity });
         assert_eq!(of(vec![dense(2, 3, Curve::Silu), dense(3, 1, Curve::Identity)]), None);
         assert_eq!(of(vec![dense(2, 3, Curve::Tanh), Module::Flatten]), None);

@@ -4,6 +4,7 @@ mod a2c;
 mod bc;
 mod beside;
 mod dqn;
+mod gail;
 mod inferred;
 mod itd;
 mod means;
@@ -25,6 +26,7 @@ pub use a2c::A2c;
 pub use bc::Bc;
 pub use beside::{Beside, Cloning, Shares};
 pub use dqn::{Dqn, q_loss, q_target};
+pub use gail::Gail;
 pub use inferred::Inferred;
 pub use itd::Itd;
 pub use means::Means;
@@ -145,6 +147,7 @@ fn methods() -> &'static Parts<dyn Method> {
             .with(|x: Inferred| Box::new(x))
             .with(|x: Sqil| Box::new(x))
             .with(|x: Beside| Box::new(x))
+            .with(|x: Gail| Box::new(x))
     });
     &TABLE
 }

@@ -1,7 +1,7 @@
 //! First updates by hand, and what does not go together, of methods that imitate.
 
 use ivx_data::{Columns, Demonstrations, End, Episode, Values, Walks};
-use ivx_nn::{Live, Shape};
+use ivx_nn::{Curve, Live, Module, Networks, Shape};
 use ivx_op::{Artifact as _, Ctx, Facts, Gathered, Held, Lit, Literal as _, Part};
 use ivx_world::{Acts, Spec, Step};
 
@@ -81,6 +81,15 @@ fn bc() -> Part {
 
 fn beside(method: Part, weight: f64) -> Part {
     Part::new("beside").with("method", method).with("cloning", bc()).with("weight", weight)
+}
+
+fn gail(by: Part) -> Part {
+    Part::new("gail")
+        .with("shown", held(shown(true).encode()))
+        .with("by", by)
+        .with("net", Part::new("mlp").with("hidden", Vec::<i64>::new()))
+        .with("batch", 2_i64)
+        .with("penalty", 3.0)
 }
 
 /// What a network makes of a state.
@@ -184,6 +193,38 @@ fn cloning_beside_deep_q_learning_by_hand_shapes_the_layers_of_both() {
 }
 
 #[test]
+fn a_discriminator_by_hand_and_what_it_pays() {
+    // A discriminator without hidden layers: the weights of three states and two actions, and a bias.
+    let module =
+        Module::Sequence(vec![Module::Dense { inputs: 5, outputs: 1, curve: Curve::Identity }]);
+    let modules = [("discriminator".to_owned(), module)].into();
+    let nets = Networks::drawn(modules, &mut CTX.rng("init", &["discriminator"]));
+    let numbers = |name: &str| -> Vec<f64> {
+        let array = nets.array(&format!("discriminator.0.{name}")).unwrap();
+        array.2.iter().map(|x| f64::from(*x)).collect()
+    };
+    let (w, b) = (numbers("weight"), numbers("bias")[0]);
+    let (theirs, mine) = (w[1] + w[4] + b, w[0] + w[3] + b);
+    let told = (-theirs).exp().ln_1p() + mine.exp().ln_1p();
+    let penalty = (w.iter().map(|w| w * w).sum::<f64>().sqrt() - 1.0).powi(2);
+    let d = 1.0 / (1.0 + (-mine).exp());
+    for (pays, paid) in
+        [("positive", -(1.0 - d).ln()), ("negative", d.ln()), ("logit", d.ln() - (1.0 - d).ln())]
+    {
+        let (how, spec) = (built(&gail(dqn().with("every", 9_i64)).with("pays", pays)), world());
+        let mut learning = how.begin(&setting(&spec), &CTX).unwrap();
+        let agent = learning.agent();
+        let (q, next) = (output(&agent, "q", 0), output(&agent, "q", 2));
+        (0..2).for_each(|_| learning.see(&own(End::Limit)));
+        learning.learn(2);
+        let error = q[0] - paid - 0.5 * next[0].max(next[1]);
+        let loss = if error.abs() < 1.0 { 0.5 * error * error } else { error.abs() - 0.5 };
+        let found = learning.losses().take();
+        near(&found, &[told, penalty, loss, f64::midpoint(q[0], q[1])]);
+    }
+}
+
+#[test]
 fn what_is_said_of_cloning_beside_a_method_is_what_is_said_of_that() {
     let registry = crate::registry();
     let said = |method: Part, cloning: Part| {
@@ -207,7 +248,7 @@ fn what_is_said_of_cloning_beside_a_method_is_what_is_said_of_that() {
 fn what_does_not_go_together_is_told() {
     let spec = world();
     let told = |how: &Part| built(how).fits(&setting(&spec)).err().map(|misfit| misfit.message);
-    let whole = [sqil(true), beside(dqn(), 1.0)];
+    let whole = [sqil(true), beside(dqn(), 1.0), gail(dqn()), gail(beside(dqn(), 1.0))];
     let other = Spec { does: ivx_data::Actions::named(&["A", "B", "C"]), ..world() };
     for how in whole {
         assert_eq!(told(&how), None);
@@ -222,6 +263,11 @@ fn what_does_not_go_together_is_told() {
     has(&beside(dqn(), 1.0).with("cloning", dqn()), "is cloning");
     let flat = dqn().with("net", Part::new("mlp").with("hidden", Vec::<i64>::new()));
     has(&beside(flat, 1.0), "no layers before the last");
+    has(&gail(bc()), "learns from nothing that is paid");
+    has(&gail(sqil(true)), "learns from nothing that is paid");
+    has(&gail(dqn()).with("pays", "well"), "`\"well\"`");
+    let smooth = Part::new("mlp").with("activation", Part::new("silu"));
+    has(&gail(dqn()).with("net", smooth), "no perceptron");
     let by = |by: Part| told(&sqil(true).with("by", by)).unwrap_or_default();
     assert!(by(Part::new("a2c")).contains("deep Q-learning"));
     assert!(by(dqn().with("double", true)).contains("no best action"));
