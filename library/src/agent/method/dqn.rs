@@ -158,6 +158,14 @@ impl Dqn {
 impl Method for Dqn {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
         self.module(setting.spec)?;
+        let known = (self.n_step as u64 + 1) * setting.lanes as u64;
+        if self.warm_up < known {
+            let steps = self.warm_up;
+            return Err(Misfit::new(
+                format!("after {steps} steps no target over {} is known", self.n_step),
+                &format!("begin to learn later: `warm_up: {known}` or more"),
+            ));
+        }
         self.from.as_deref().map_or(Ok(()), |from| self.goes_on(from, setting.spec))
     }
 
