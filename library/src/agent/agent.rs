@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::features::are_features;
-use super::improve::{Improving, Values};
+use super::improve::{Improving, Reduce, Values};
 
 /// Networks that were learned in worlds of some kind, and how actions come of them.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,22 +75,18 @@ impl Agent {
     /// Itself, ready to act.
     #[must_use]
     pub fn open(&self) -> Box<dyn Acting> {
-        match self.acts {
+        let (one, reduce): (Values, Reduce<'_>) = match self.acts {
             Choice::Improved(heard) => {
-                let lowest = move |said: &[f64]| ivx_math::order::min(&said[..heard]);
-                Box::new(Improving::new(vec![vec![Values::of(self)]], Box::new(lowest)))
+                (Values::of(self), Box::new(move |said| ivx_math::order::min(&said[..heard])))
             }
-            Choice::Imitated(k) => {
-                let values = Values::imitated(self, k);
-                Box::new(Improving::new(vec![vec![values]], Box::new(mean)))
-            }
+            Choice::Imitated(k) => (Values::imitated(self, k), Box::new(mean)),
             acts => {
-                let net = acts.net().expect("it has one");
                 let temperature = temperature(&self.nets).unwrap_or(1.0);
                 let live = Live::of(&self.nets);
-                Box::new(Opened { live, net, acts, temperature, out: Vec::new() })
+                return Box::new(Opened { live, acts, temperature, out: Vec::new() });
             }
-        }
+        };
+        Box::new(Improving::new(vec![vec![one]], reduce))
     }
 }
 
@@ -102,7 +98,6 @@ fn temperature(nets: &Networks) -> Option<f32> {
 
 struct Opened {
     live: Live,
-    net: &'static str,
     acts: Choice,
     temperature: f32,
     out: Vec<f32>,
@@ -110,8 +105,9 @@ struct Opened {
 
 impl Acting for Opened {
     fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
-        let Self { live, net, acts: choice, temperature, out } = self;
+        let Self { live, acts: choice, temperature, out } = self;
         live.graph.begin();
+        let Some(net) = choice.net() else { unreachable!("it has one") };
         let put = live.graph.still(|| live.pass(net, shared(live, look(live, seen))));
         live.graph.read(put, out);
         let n = out.len() / seen.len();

@@ -207,9 +207,9 @@ pub(super) fn cumulants(live: &Live, seen: &Columns, acts: &[usize]) -> Var {
 /// The names of the networks of each policy that some networks have successor features of, member by member.
 pub(super) fn policies(nets: &Networks) -> Vec<Vec<String>> {
     let has = |name: &String| nets.modules.contains_key(name);
-    let members = |k| (0..).map(move |m| psi(k, m)).take_while(has).collect::<Vec<_>>();
-    let first = usize::from(!has(&psi(0, 0)));
-    (first..).map(members).take_while(|members| !members.is_empty()).collect()
+    let n = nets.modules.len();
+    let members = |k| (0..n).map(move |m| psi(k, m)).take_while(has).collect::<Vec<_>>();
+    (0..n).map(members).filter(|members| !members.is_empty()).collect()
 }
 
 /// Whether networks are those by which somebody acts so: successor features of as many demonstrators as it knows, and

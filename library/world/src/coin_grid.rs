@@ -295,7 +295,7 @@ impl World for Collecting {
             let at = back.ahead();
             // What was there is collected.
             let coins = self.state.coins.map(|coins| coins & !(1 << at));
-            let from = Coins { at, faces, coins, ..self.state };
+            let from = Coins { coins, at, faces, ..self.state };
             if free(&at) {
                 entries.seen.resize(entries.acts.len() + 1);
                 let mut none = [];

@@ -24,13 +24,11 @@ declare! {
 impl Actor for Softened {
     fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
         self.agent.spec.same(spec)?;
-        match self.agent.acts {
-            Choice::Greedy => Ok(()),
-            _ => {
-                let message = "the agent has no values of one policy".to_owned();
-                Err(Misfit::new(message, "use one that learned by `dqn`"))
-            }
+        if matches!(self.agent.acts, Choice::Greedy | Choice::Softened) {
+            return Ok(());
         }
+        let message = "the agent has no values of one policy".to_owned();
+        Err(Misfit::new(message, "use one that learned by `dqn` or `sqil`"))
     }
 
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {

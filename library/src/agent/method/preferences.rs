@@ -33,13 +33,11 @@ declare! {
 
 impl NewTask {
     fn heard(&self) -> Result<usize, Misfit> {
-        match self.of.acts {
-            Choice::Improved(heard) => Ok(heard),
-            _ => {
-                let message = "the agent has no successor features of its own".to_owned();
-                Err(Misfit::new(message, "use one that learned by `psi_phi`"))
-            }
+        if let Choice::Improved(heard) = self.of.acts {
+            return Ok(heard);
         }
+        let message = "the agent has no successor features of its own".to_owned();
+        Err(Misfit::new(message, "use one that learned by `psi_phi`"))
     }
 }
 

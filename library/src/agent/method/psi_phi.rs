@@ -274,9 +274,8 @@ impl Learning for Learner<'_> {
 impl Learner<'_> {
     fn update(&mut self) {
         let Self { how, by, live, others, replay, batch, along, draws, task, .. } = self;
-        let t = self.descent.done();
-        others.draw(t, by.batch);
-        draws.set_stream(t);
+        others.draw(self.descent.done(), by.batch);
+        draws.set_stream(self.descent.done());
         draws.set_word_pos(0);
         replay.draw(by.batch, draws, batch);
         replay.along(batch, along);
@@ -347,8 +346,8 @@ impl Learner<'_> {
             ];
             graph.add(graph.psi_phi_loss(&losses, how.width, Weighting::ByFeature), sparse)
         });
-        let [a, b, c, d, e, f, g] = told;
-        self.losses.add(&[loss, a, b, c, d, e, f, g]);
+        let parts: Vec<f64> = [loss].into_iter().chain(told).collect();
+        self.losses.add(&parts);
         self.live.follow(self.follow, self.descent.done());
     }
 }
