@@ -98,9 +98,10 @@ def loss(nets, target, task, own, shown):
     )
     w = jnp.linalg.solve(products + RIDGE * n * jnp.eye(WIDTH), sums)
     reward = jnp.mean((phi @ w - paid) ** 2)
-    each = cumulants(nets, torso(nets["torso"], along.reshape(-1, SEES)))
-    each = done(each, along_acts.reshape(-1)).reshape(BATCH, N_STEP, WIDTH)
-    summed = jax.lax.stop_gradient((each * weights[:, :, None]).sum(1))
+    later = along[:, 1:].reshape(-1, SEES)
+    each = done(cumulants(nets, torso(nets["torso"], later)), along_acts[:, 1:].reshape(-1))
+    each = each.reshape(BATCH, N_STEP - 1, WIDTH) * weights[:, 1:, None]
+    summed = jax.lax.stop_gradient(phi + each.sum(1))
     z_next = torso(target["torso"], next)
     value, features = 0.0, 0.0
     for m in range(MEMBERS):
