@@ -2,14 +2,18 @@
 //! `cargo bench -p ivx-library --bench agents -- [NAME] [STEPS]`. And what they come to, as the peers tell it:
 //! `-- returns GAME STEPS SEED` for the mean return of the last 50 episodes of learning.
 //!
-//! The four are those of `benches/agents.sh`, which runs `PyTorch` and JAX beside them. A line each: all of a training
-//! after its warm-up, acting, worlds and learning together.
+//! They are those of `benches/agents.sh` and `benches/psi_phi.sh`, which run `PyTorch` and JAX beside them. A line each:
+//! all of a training after its warm-up, acting, worlds and learning together. A step of `psi_phi` is an update and one of
+//! its world, whose action is drawn.
 
 use std::fs;
 
+use ivx_data::{Demonstrations, End, Trajectories, Values};
 use ivx_library::agent::{Learn, Learned, Method, Span};
-use ivx_op::{Ctx, Lit, Literal as _, Op as _, Part};
+use ivx_op::{Artifact as _, Ctx, Gathered, Held, Lit, Literal as _, Op as _, Part};
 use ivx_world::Env;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 
 struct Job {
     name: &'static str,
@@ -80,7 +84,7 @@ fn run(job: &Job, steps: u64, seed: i64) -> Learned {
     learn.run(&Ctx::new("learn", seed, None)).expect("it learns")
 }
 
-fn jobs() -> [Job; 4] {
+fn jobs() -> [Job; 5] {
     let relu = || Part::new("relu");
     let torso = || {
         Part::new("cnn")
@@ -124,5 +128,61 @@ fn jobs() -> [Job; 4] {
             warm_up: 0,
             steps: 16 * 5 * 1000,
         },
+        Job {
+            name: "psi_phi highway",
+            how: psi_phi(),
+            env: highway(),
+            lanes: 1,
+            warm_up: 2_000,
+            steps: 100,
+        },
     ]
+}
+
+fn highway() -> Part {
+    Part::new("highway").with("task", "multi")
+}
+
+/// As Table B.1 has it, with five others.
+fn psi_phi() -> Part {
+    let lr = Part::new("constant").with("value", 1e-3);
+    let torso = Part::new("mlp").with("hidden", vec![512_i64, 256]);
+    let by = Part::new("dqn")
+        .with("net", torso.with("activation", Part::new("relu")))
+        .with("discount", 1.0)
+        .with("n_step", 4_i64)
+        .with("batch", 512_i64)
+        .with("warm_up", 2_000_i64)
+        .with("every", 1_i64)
+        .with("target", Part::new("copied").with("every", 100_i64))
+        .with("epsilon", Part::new("constant").with("value", 1.0))
+        .with("optimiser", Part::new("adam").with("lr", lr));
+    Part::new("psi_phi")
+        .with("shown", shown(5))
+        .with("by", by)
+        .with("cumulants", vec![128_i64, 128])
+        .with("features", vec![256_i64, 128])
+        .with("width", 8_i64)
+}
+
+/// What so many others saw and did, drawn evenly: a hundred episodes of forty steps each.
+fn shown(n: usize) -> Lit {
+    let env = ivx_library::registry().complete(&highway());
+    let env = Box::<dyn Env>::from_lit(&Lit::Part(env)).expect("a world");
+    let spec = env.spec().expect("it is one");
+    let n_actions = spec.does.n_discrete().expect("they are").try_into().expect("few");
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut paths = Trajectories::new(spec.sees, spec.does);
+    paths.episodes = vec![(40, End::Limit); 100 * n];
+    paths.seen.resize(41 * 100 * n);
+    paths.acts.resize(40 * 100 * n);
+    let (Values::F32(seen), _) = paths.seen.values_mut(0) else { panic!("it sees numbers") };
+    seen.fill_with(|| rng.random_range(-1.0..1.0));
+    let (Values::Index(acts), _) = paths.acts.values_mut(0) else { panic!("they are discrete") };
+    acts.fill_with(|| rng.random_range(0..n_actions));
+    let names = (0..n).map(|k| k.to_string()).collect();
+    let whose = (0..100 * n).map(|i| i / 100).collect();
+    let shown = Demonstrations { paths, names, whose };
+    let values = vec![shown.encode().into()];
+    Lit::Held(Held::Value(Gathered { dims: Vec::new(), values, name: String::new() }))
 }

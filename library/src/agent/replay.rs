@@ -272,11 +272,11 @@ impl Replay {
         None
     }
 
-    /// The rows of all steps that the targets of some steps look at, those of one step after the other.
+    /// The rows of the steps that the targets of some steps look at after these, those of one step after the other.
     pub(crate) fn along(&self, batch: &Batch, rows: &mut Vec<(usize, usize)>) {
         rows.clear();
         for ((lane, row), span) in batch.rows.iter().zip(&batch.spans) {
-            rows.extend((0..*span).map(|i| (*lane, (row + i) % self.rows)));
+            rows.extend((1..*span).map(|i| (*lane, (row + i) % self.rows)));
         }
     }
 

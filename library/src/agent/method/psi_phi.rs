@@ -294,10 +294,10 @@ impl Learner<'_> {
             }
             let w = graph.stop_gradient(live.array(TASK));
             let reward = graph.reward_loss(cumulants, w, column(graph, &batch.paid), Norm::Squares);
-            let sums = if by.n_step == 1 {
+            let sums = if along.is_empty() {
                 cumulants
             } else {
-                sums(live, replay, (along, &batch.spans), (how.width, by.discount))
+                sums(live, replay, (&seen, along, &batch.spans), (how.width, by.discount))
             };
             let (paid, discounts) =
                 (column(graph, &batch.rewards), column(graph, &batch.discounts));
@@ -353,10 +353,13 @@ impl Learner<'_> {
 }
 
 /// `Σ_i γ^i Φ(s_i, a_i)` over the steps that each target looks at: `[N, d]`. They have no gradient.
+///
+/// - `first`: the cumulants of the first step of each.
+/// - `along`: the rows of those after it.
 fn sums(
     live: &Live,
     replay: &Replay,
-    (along, spans): (&[(usize, usize)], &[usize]),
+    (first, along, spans): (&[f32], &[(usize, usize)], &[usize]),
     (width, discount): (usize, f64),
 ) -> Var {
     let graph: &Graph<f32> = &live.graph;
@@ -368,10 +371,10 @@ fn sums(
     let each = graph.value(each);
     let mut steps = each.chunks_exact(width);
     graph.filled(Shape::vectors(spans.len(), width), |out| {
-        out.fill(0.0);
+        out.copy_from_slice(first);
         for (out, span) in out.chunks_exact_mut(width).zip(spans) {
-            let mut weight = 1.0;
-            for phi in steps.by_ref().take(*span) {
+            let mut weight = discount;
+            for phi in steps.by_ref().take(span - 1) {
                 out.iter_mut().zip(phi).for_each(|(sum, x)| *sum += f32::of(weight) * x);
                 weight *= discount;
             }

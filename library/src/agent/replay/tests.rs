@@ -60,13 +60,13 @@ fn drawn(replay: &Replay) -> Vec<(u8, f32, f32, Option<u8>)> {
     replay.along(&batch, &mut along);
     for i in 0..batch.rows.len() {
         let t = when(batch.rows[i]);
-        let steps = &along[at..at + batch.spans[i]];
-        assert!(replay.acts(steps).eq((t..).map(|t| f32::from(t % 4)).take(steps.len())));
+        let after = &along[at..at + batch.spans[i] - 1];
+        assert!(replay.acts(after).eq((t + 1..).map(|t| f32::from(t % 4)).take(after.len())));
         assert_eq!(batch.paid[i], f32::from(t).exp2());
-        let paid =
-            (t..).zip(steps).map(|(u, _)| f32::from(u).exp2() * 0.5_f32.powi((u - t).into()));
+        let paid = (t..).take(batch.spans[i]);
+        let paid = paid.map(|u| f32::from(u).exp2() * 0.5_f32.powi((u - t).into()));
         assert_eq!(batch.rewards[i], paid.sum::<f32>());
-        at += batch.spans[i];
+        at += after.len();
         assert_eq!(batch.acts[i], f32::from(t % 4));
         let next = (batch.discounts[i] > 0.0).then(|| when(batch.next[i]));
         found.push((t, batch.rewards[i], batch.discounts[i], next));
