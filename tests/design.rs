@@ -81,7 +81,7 @@ declare! {
 
 declare! {
     /// A scene that the demonstrations do not cover.
-    struct Scene = "scene" @ 1 {
+    struct Scene = "unfamiliar" @ 1 {
         /// Which.
         name: String;
     }
@@ -134,7 +134,7 @@ impl Rows for CarnovelTasks {
         let tasks = families.into_iter().flat_map(|(family, n)| (0..n).map(move |i| (family, i)));
         let row = |(family, i): (&str, i32)| {
             let label = format!("{family}{i}");
-            let env = Part::new("scene").with("name", label.as_str());
+            let env = Part::new("unfamiliar").with("name", label.as_str());
             (label, vec![family.into(), env.into()])
         };
         tasks.map(row).collect()

@@ -197,6 +197,14 @@ impl Replay {
         lane.written += 1;
     }
 
+    /// Whether there is a step whose target is known.
+    pub(crate) fn has_targets(&self) -> bool {
+        self.lanes.iter().any(|lane| {
+            let kept = lane.written.min(self.rows as u64);
+            (lane.written - kept..lane.written).any(|at| self.target(lane, at).is_some())
+        })
+    }
+
     /// Draws steps whose targets are known, evenly and with replacement.
     ///
     /// # Panics

@@ -158,14 +158,6 @@ impl Dqn {
 impl Method for Dqn {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
         self.module(setting.spec)?;
-        let known = (self.n_step as u64 + 1) * setting.lanes as u64;
-        if self.warm_up < known {
-            let steps = self.warm_up;
-            return Err(Misfit::new(
-                format!("after {steps} steps no target over {} is known", self.n_step),
-                &format!("begin to learn later: `warm_up: {known}` or more"),
-            ));
-        }
         self.from.as_deref().map_or(Ok(()), |from| self.goes_on(from, setting.spec))
     }
 
@@ -289,7 +281,7 @@ impl Learner<'_> {
 
     /// Whether an update is to be made now that `t` steps are done.
     pub(super) fn is_due(&self, t: u64) -> bool {
-        self.descent.done() < self.how.due(t)
+        self.descent.done() < self.how.due(t) && self.replay.has_targets()
     }
 
     /// Draws the steps that an update looks at.

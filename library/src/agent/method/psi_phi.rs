@@ -238,7 +238,7 @@ impl Learning for Learner<'_> {
 
     fn learn(&mut self, t: u64) {
         let due = self.by.due(t);
-        while self.descent.done() < due {
+        while self.descent.done() < due && self.replay.has_targets() {
             self.update();
         }
     }

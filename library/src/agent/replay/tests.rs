@@ -90,6 +90,19 @@ fn what_was_seen_comes_back_to_the_bit() {
 }
 
 #[test]
+fn a_target_is_known_once_what_it_looks_at_is() {
+    let mut replay = Replay::new(&sees(), (10, 1), (2, 0.5));
+    let known = (0..4).map(|t| {
+        replay.push(&step(t, End::No));
+        replay.has_targets()
+    });
+    assert!(known.eq([false, false, true, true]));
+    let mut replay = Replay::new(&sees(), (10, 1), (2, 0.5));
+    replay.push(&step(0, End::Terminal));
+    assert!(replay.has_targets());
+}
+
+#[test]
 fn targets_stop_at_ends_and_reach_beyond_cuts() {
     let mut replay = Replay::new(&sees(), (100, 1), (2, 0.5));
     for (t, end) in [(0, End::No), (1, End::No), (2, End::Terminal)] {
