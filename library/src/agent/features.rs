@@ -120,6 +120,13 @@ pub(super) struct Others<'a> {
 }
 
 impl Others<'_> {
+    /// What the preferences of all demonstrators cost (Alg. 2, line 6).
+    pub(super) fn sparsity(&self, live: &Live, weight: f64) -> Var {
+        let cost = |k| live.graph.sparsity_loss(live.array(&preferences(k)), weight);
+        let all = (1..=self.shown.n_whose()).map(cost);
+        all.reduce(|sum, x| live.graph.add(sum, x)).expect("somebody was shown")
+    }
+
     /// Draws the steps of update `t`.
     pub(super) fn draw(&mut self, t: u64, n: usize) {
         self.draws.set_stream(t);

@@ -63,6 +63,11 @@ impl<'a> Shown<'a> {
         Ok(Self { of, steps })
     }
 
+    /// How many demonstrators there are.
+    pub(super) fn n_whose(&self) -> usize {
+        self.of.names.len()
+    }
+
     /// Draws `n` steps.
     #[expect(clippy::cast_precision_loss, reason = "actions are few")]
     pub(super) fn draw(&self, n: usize, rng: &mut ChaCha8Rng, drawn: &mut Drawn) {

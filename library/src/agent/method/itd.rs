@@ -1,15 +1,16 @@
 //! Inverse temporal-difference learning (Algorithm 2).
 
 use ivx_data::form::failed;
-use ivx_data::{Columns, Demonstrations, Misfit, same_world};
+use ivx_data::{Columns, Demonstrations, Misfit};
 use ivx_nn::optim::Pull;
 use ivx_nn::{Descent, Follow, Live, Net, Norm, Optimiser, Rule};
 use ivx_op::{Ctx, One, OpError, Part, State, declare};
 use ivx_world::{Acts, Spec, Step};
 
 use super::super::agent::{Agent, Choice, TORSO};
-use super::super::features::{Heads, Others, PHI, PSI, W, preferences, size};
+use super::super::features::{Heads, Others, PHI, PSI, W, size};
 use super::super::shown::{Drawn, Shown};
+use super::bc::shown_in;
 use super::target::Target;
 use super::{Learning, Means, Method, Setting};
 
@@ -65,15 +66,9 @@ impl Itd {
     }
 }
 
-/// Whether demonstrations are of the world in which somebody is to learn.
-pub(super) fn are_of(shown: &Demonstrations, spec: &Spec) -> Result<(), Misfit> {
-    let own = (shown.paths.seen.fields(), &shown.paths.does);
-    same_world("the demonstrations show", own, (&spec.sees, &spec.does))
-}
-
 impl Method for Itd {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
-        are_of(&self.shown, setting.spec)?;
+        shown_in(&self.shown, setting.spec)?;
         self.heads().fit(setting.spec)
     }
 
@@ -175,10 +170,7 @@ impl Learner<'_> {
                 each.iter().map(of).reduce(|sum, x| graph.add(sum, x)).expect("steps were drawn")
             };
             let (acts, inverse) = (sum(|(acts, _)| *acts), sum(|(_, inverse)| *inverse));
-            let sparse = (1..=how.shown.names.len())
-                .map(|k| graph.sparsity_loss(live.array(&preferences(k)), how.sparsity))
-                .reduce(|sum, x| graph.add(sum, x))
-                .expect("somebody was shown");
+            let sparse = others.sparsity(live, how.sparsity);
             let of = |x| f64::from(graph.scalar(x));
             told = [of(acts), of(inverse), of(sparse), size(&graph.value(cumulants))];
             graph.add(graph.add(acts, inverse), sparse)

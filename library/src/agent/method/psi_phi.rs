@@ -15,12 +15,12 @@ use rand_chacha::ChaCha8Rng;
 use super::super::agent::{Agent, Choice, TORSO, look};
 use super::super::explore::Explore;
 use super::super::features::{
-    Heads, Others, PHI, PSI, TASK, W, average, copy, policies, preferences, psi, size,
+    Heads, Others, PHI, PSI, TASK, W, average, copy, policies, psi, size,
 };
 use super::super::improve::{best, worth};
 use super::super::replay::{Batch, Replay};
 use super::super::shown::{Drawn, Shown, column};
-use super::itd::are_of;
+use super::bc::shown_in;
 use super::{Dqn, Learning, Means, Method, Setting, q_loss, q_target};
 
 declare! {
@@ -93,7 +93,7 @@ impl Method for PsiPhi {
             let message = "it goes on from an agent of its own kind, and not of `dqn`'s".to_owned();
             return Err(Misfit::new(message, "write `from` beside `by`"));
         }
-        are_of(&self.shown, setting.spec)?;
+        shown_in(&self.shown, setting.spec)?;
         by.fits(setting)?;
         if let Some(from) = &self.from {
             from.spec.same(setting.spec)?;
@@ -329,10 +329,7 @@ impl Learner<'_> {
                 value: average(graph, each.iter().map(|(value, _)| *value)),
                 features: average(graph, each.iter().map(|(_, features)| *features)),
             };
-            let sparse = (1..=how.shown.names.len())
-                .map(|k| graph.sparsity_loss(live.array(&preferences(k)), how.sparsity))
-                .reduce(|sum, x| graph.add(sum, x))
-                .expect("somebody was shown");
+            let sparse = others.sparsity(live, how.sparsity);
             let of = |x: Var| f64::from(graph.scalar(x));
             let all = |of: &dyn Fn(&(Var, Var)) -> f64| losses.others.iter().map(of).sum::<f64>();
             told = [
