@@ -1,8 +1,5 @@
 //! What agents have learned of others, beside what is true.
 
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
-
 use ivx_data::form::failed;
 use ivx_data::{Columns, Demonstrations, Rollouts, Values, same_world};
 use ivx_nn::Live;
@@ -216,33 +213,52 @@ fn size(x: &[f64], y: &[f64]) -> f64 {
     if xx > 0.0 && yy > 0.0 { (xy / (xx * yy).sqrt()).abs() } else { 0.0 }
 }
 
-/// Of each row its number in the column that it is matched with, where the sum of these is the highest; 0 without one.
-/// Rows are few.
+/// Of each row its number in the column that it is matched with, where the sum of these is the highest; 0 without one
+/// (Kuhn, 1955).
 fn matched(sizes: &[Vec<f64>]) -> Vec<f64> {
-    // Of each set of columns that the rows so far may have taken, the highest sum and what it is of.
-    let mut best = BTreeMap::from([(BTreeSet::new(), (0.0, Vec::new()))]);
-    for row in sizes {
-        let mut next: BTreeMap<BTreeSet<usize>, (f64, Vec<f64>)> = BTreeMap::new();
-        for (taken, (sum, of)) in &best {
-            let free = (0..row.len()).filter(|i| !taken.contains(i)).map(Some).chain([None]);
-            for column in free {
-                let more = column.map_or(0.0, |i| row[i]);
-                let mut taken = taken.clone();
-                taken.extend(column);
-                let of = || of.iter().copied().chain([more]).collect();
-                match next.entry(taken) {
-                    Entry::Vacant(entry) => drop(entry.insert((sum + more, of()))),
-                    Entry::Occupied(mut entry) if sum + more > entry.get().0 => {
-                        entry.insert((sum + more, of()));
-                    }
-                    Entry::Occupied(_) => {}
+    let rows = sizes.len();
+    // A row without a column has one of its own, which is worth nothing.
+    let columns = sizes.first().map_or(0, Vec::len) + rows;
+    let cost = |row: usize, column: usize| -sizes[row].get(column).copied().unwrap_or(0.0);
+    // Rows and columns are counted from 1; column 0 is where a row waits.
+    let (mut of_row, mut of_column) = (vec![0.0; rows + 1], vec![0.0; columns + 1]);
+    let (mut taken, mut before) = (vec![0; columns + 1], vec![0; columns + 1]);
+    for row in 1..=rows {
+        taken[0] = row;
+        let (mut at, mut least) = (0, vec![f64::INFINITY; columns + 1]);
+        let mut seen = vec![false; columns + 1];
+        while taken[at] != 0 {
+            seen[at] = true;
+            let (own, mut step, mut next) = (taken[at], f64::INFINITY, 0);
+            for column in (1..=columns).filter(|column| !seen[*column]) {
+                let left = cost(own - 1, column - 1) - of_row[own] - of_column[column];
+                if left < least[column] {
+                    (least[column], before[column]) = (left, at);
+                }
+                if least[column] < step {
+                    (step, next) = (least[column], column);
                 }
             }
+            for column in 0..=columns {
+                if seen[column] {
+                    of_row[taken[column]] += step;
+                    of_column[column] -= step;
+                } else {
+                    least[column] -= step;
+                }
+            }
+            at = next;
         }
-        best = next;
+        while at != 0 {
+            taken[at] = taken[before[at]];
+            at = before[at];
+        }
     }
-    let highest = best.into_values().reduce(|a, b| if b.0 > a.0 { b } else { a });
-    highest.map(|(_, of)| of).unwrap_or_default()
+    let mut found = vec![0.0; rows];
+    for column in (1..=columns).filter(|column| taken[*column] != 0) {
+        found[taken[column] - 1] = -cost(taken[column] - 1, column - 1);
+    }
+    found
 }
 
 #[cfg(test)]
@@ -255,6 +271,11 @@ mod tests {
         assert_eq!(matched(&[vec![0.9, 0.8], vec![0.9, 0.1]]), [0.8, 0.9]);
         assert_eq!(matched(&[vec![0.3], vec![0.5], vec![0.4]]), [0.0, 0.5, 0.0]);
         assert_eq!(matched(&[]), [0.0; 0]);
+        // Many of both.
+        let big: Vec<Vec<f64>> =
+            (0..60).map(|i| (0..90).map(|j| f64::from((i * 7 + j * 13) % 97)).collect()).collect();
+        let sum: f64 = matched(&big).iter().sum();
+        assert!(sum > 60.0 * 90.0, "{sum}");
     }
 
     #[test]

@@ -240,5 +240,10 @@ fn an_agent_learns_by_acting_and_from_others() {
     let got = mean(&run.returns.values);
     eprintln!("psi_phi: {got} of 20 at most, losses {:?}", run.losses.values);
     assert!(got > 16.0, "{got}");
+    // Going on from it without a step is to be as good, and not to begin anew.
+    let values = vec![run.agent.encode().into()];
+    let from = Held::Value(Gathered { dims: Vec::new(), values, name: String::new() });
+    let after = learn(&how.with("from", Lit::Held(from)), 8, ("steps", 10)).agent;
+    assert!(after.nets.arrays == run.agent.nets.arrays);
     assert!(run.agent.encode() == Agent::decode(&run.agent.encode()).expect("it is").encode());
 }

@@ -36,11 +36,12 @@ pub(crate) fn known(agent: &Agent, whose: &str) -> Result<usize, Misfit> {
         let names: Vec<String> = agent.knows.iter().map(|name| format!("`{name}`")).collect();
         let message = match &names[..] {
             [] => "the agent has not learned what others do".to_owned(),
+            _ if whose.is_empty() => "the agent knows several".to_owned(),
             _ => format!("the agent does not know `{whose}`"),
         };
         let help = match &names[..] {
             [] => "use one that learned by `itd` or `psi_phi`".to_owned(),
-            _ => format!("it knows {}", names.join(", ")),
+            _ => format!("say whose: it knows {}", names.join(", ")),
         };
         Misfit::new(message, &help)
     })

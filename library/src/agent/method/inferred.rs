@@ -26,9 +26,9 @@ declare! {
 
 impl Method for Inferred {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
-        if !self.by.acts() {
-            let message = "this method learns from what others did, and not from rewards";
-            return Err(Misfit::new(message.to_owned(), "use one that acts, as `dqn`"));
+        if !self.by.is_paid() {
+            let message = "what it learns by learns from nothing that is paid";
+            return Err(Misfit::new(message.to_owned(), "use one that does, as `dqn`"));
         }
         self.of.spec.same(setting.spec)?;
         self.by.fits(setting)

@@ -117,8 +117,15 @@ impl Method for PsiPhi {
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
         let by = self.by().map_err(failed)?;
         let (spec, n) = (setting.spec, self.shown.names.len());
-        let nets =
-            self.heads(by).draw(spec, &(0..=n), &mut ctx.rng("init", &[])).map_err(failed)?;
+        let init = &mut ctx.rng("init", &[]);
+        let mut nets = self.heads(by).draw(spec, &(0..=n), init).map_err(failed)?;
+        if let Some(from) = &self.from {
+            if from.nets.modules != nets.modules || from.knows != self.shown.names {
+                let message = "the agent to go on from has other networks, or knows others";
+                return Err(OpError::Failed(message.to_owned()));
+            }
+            nets.arrays.clone_from(&from.nets.arrays);
+        }
         let mut live = Live::of(&nets);
         live.target(TORSO);
         live.target(PSI);
