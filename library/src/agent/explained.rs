@@ -2,6 +2,7 @@
 
 use ivx_data::form::failed;
 use ivx_data::{Columns, Demonstrations, Rollouts, Values, same_world};
+use ivx_math::detect::pearson;
 use ivx_nn::Live;
 use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
 use ivx_world::{Acts, Env, Luck, Row};
@@ -206,11 +207,8 @@ impl Op for CumulantMap {
 
 /// The size of a correlation; 0 where one of the two never changes.
 fn size(x: &[f64], y: &[f64]) -> f64 {
-    let (mx, my) = (ivx_math::moments::mean(x), ivx_math::moments::mean(y));
-    let pairs = || x.iter().zip(y).map(|(x, y)| (x - mx, y - my));
-    let [xy, xx, yy] =
-        pairs().fold([0.0; 3], |[xy, xx, yy], (x, y)| [xy + x * y, xx + x * x, yy + y * y]);
-    if xx > 0.0 && yy > 0.0 { (xy / (xx * yy).sqrt()).abs() } else { 0.0 }
+    let found = pearson(x, y);
+    if found.is_nan() { 0.0 } else { found.abs() }
 }
 
 /// Of each row its number in the column that it is matched with, where the sum of these is the highest; 0 without one
