@@ -31,13 +31,14 @@ declare! {
     /// frames of 1/15 s; which there are is what k-means makes of what drivers do, `driving_actions(..)`. It tells what
     /// the nearest cars see and do, as `highway(..)` does; a style is the exit that is wanted, from 0.
     ///
-    /// The way to the exit pays 1 in all, each metre once; running into somebody or leaving the road pays −1. These end
-    /// an episode, and so does leaving by any exit.
+    /// The way to the exit pays 1 in all, each metre once; running into somebody pays −1. That ends an episode, and so does
+    /// leaving the road or by any exit, which lose what is left of the way. Who has not been in the ring has not left it:
+    /// the wrong side of the arm where one comes from is no exit.
     ///
     /// Where the thesis is silent, this is our reading: exits are counted from where the agent comes from, for others
     /// too; what is paid; how often one acts; and that one has 20 s, since the 11 s of highway-env are for the second
     /// exit. Of others there are three in what is seen, though the text speaks of five.
-    pub struct Roundabout = "roundabout" @ 2 {
+    pub struct Roundabout = "roundabout" @ 3 {
         /// `"exit"`; or `"original"`, in which all is as in highway-env: others leave by the first, the second or the last
         /// exit, and the agent tells a pilot on the way to the second to change lane or speed, once a second.
         task: String = "exit";
@@ -123,7 +124,7 @@ impl Roundabout {
         let limit = self.seconds * RATE / frames;
         let network = roundabout();
         let way = (!original).then(|| Way::new(&network, self.exit - 1));
-        Ok((Terms { release, choices, sight, frames, limit }, OnRoundabout { way }))
+        Ok((Terms { release, choices, sight, frames, limit }, OnRoundabout { way, entered: false }))
     }
 }
 
@@ -148,6 +149,8 @@ impl Env for Roundabout {
 pub(super) struct OnRoundabout {
     /// The agent's way, unless a pilot knows it.
     way: Option<Way>,
+    /// Whether the agent has been in the ring.
+    entered: bool,
 }
 
 impl Scene for OnRoundabout {
@@ -174,6 +177,7 @@ impl Scene for OnRoundabout {
             Vehicle::new(network, at, network.lanes[lane].heading(along), speed, pilot(at))
         };
         let node = |name| network.node(name).expect("a node");
+        self.entered = false;
         let mut own = on(arm, 125.0, START, &|_| pilot.clone());
         own.route = network.route(own.lane, node("nxs"));
         let (mut cars, mut styles) = (vec![own], vec![0]);
@@ -203,16 +207,19 @@ impl Scene for OnRoundabout {
         let lane = &network.lanes[car.lane];
         let on_road = lane.has(lane.local(car.at), BESIDE);
         let road = network.road_of(car.lane);
-        let left =
-            EXITS.iter().zip(1_u8..).find(|((from, _), _)| network.nodes[road.from] == *from);
+        let (from, to) = (&network.nodes[road.from], &network.nodes[road.to]);
+        // Nodes of the ring have names of two letters.
+        self.entered |= from.len() == 2 && to.len() == 2;
+        let left = EXITS.iter().zip(1_u8..).find(|((exit, _), _)| self.entered && from == exit);
         let exit = left.map_or(0, |(_, number)| number);
         let flag = |is: bool| f32::from(u8::from(is));
         let told = [flag(car.crashed), flag(!on_road), single(car.speed), f32::from(exit)];
         tells.copy_from_slice(&told);
         match &mut self.way {
             None => (paid(traffic, Meta::ALL[act]), car.crashed),
-            Some(_) if car.crashed || !on_road => (-1.0, true),
-            Some(way) => (way.advanced(traffic), exit > 0),
+            Some(_) if car.crashed => (-1.0, true),
+            Some(_) if !on_road => (0.0, true),
+            Some(way) => (way.advanced(traffic, self.entered), exit > 0),
         }
     }
 
@@ -266,12 +273,17 @@ impl Way {
     }
 
     /// The share of the way that the agent came on since it was farthest.
-    fn advanced(&mut self, traffic: &Traffic) -> f64 {
-        let car = &traffic.vehicles[0];
-        let out = self.roads.last().is_some_and(|(road, ..)| {
-            traffic.network.roads[*road].to == traffic.network.road_of(car.lane).from
-        });
-        let along = if out { Some(self.length) } else { self.along(traffic, car) };
+    ///
+    /// - `entered`: whether it has been in the ring, before which nothing counts that lies behind it.
+    fn advanced(&mut self, traffic: &Traffic, entered: bool) -> f64 {
+        let (car, network) = (&traffic.vehicles[0], &traffic.network);
+        let road = network.road_of(car.lane);
+        let last = network.roads[self.roads.last().expect("a way has roads").0];
+        let along = match () {
+            () if !entered && road == last => None,
+            () if entered && last.to == road.from => Some(self.length),
+            () => self.along(traffic, car),
+        };
         let farther = (along.unwrap_or(0.0) - self.done).max(0.0);
         self.done += farther;
         farther / (self.length - self.start)
@@ -310,7 +322,7 @@ mod tests {
 
     fn scene(exit: usize) -> (OnRoundabout, Traffic) {
         let way = Some(Way::new(&roundabout(), exit - 1));
-        (OnRoundabout { way }, Traffic::new(roundabout(), &Release::V1_1))
+        (OnRoundabout { way, entered: false }, Traffic::new(roundabout(), &Release::V1_1))
     }
 
     /// The default actions are the centres of what drivers do without the agent, five times a second, until they leave
@@ -423,13 +435,18 @@ mod tests {
         near(pays("ses", "se", 10.0), 12.5 / length);
         near(pays("ses", "se", 5.0), 0.0);
         near(pays("ses", "se", 11.0), 1.0 / length);
+        // The wrong side of the arm is no exit, and pays nothing.
+        near(pays("sxs", "sxr", 10.0), 0.0);
+        near(pays("se", "ex", 0.0), 6.0 / length);
         // Another exit ends it, and pays nothing.
         near(pays("ex", "exs", 10.0), 0.0);
         assert_eq!(pays("exs", "exr", 10.0), (0.0, true, 1.0));
         let (rest, over, exit) = pays("wxs", "wxr", 1.0);
-        assert!((rest - (length - 13.5) / length).abs() < 1e-9 && over && exit == 3.0);
+        assert!((rest - (length - 19.5) / length).abs() < 1e-9 && over && exit == 3.0);
         // In the meadow.
         traffic.vehicles[0].at = [60.0, 60.0];
+        assert_eq!(scene.pays(&traffic, 0, &mut [0.0; 4]), (0.0, true));
+        traffic.vehicles[0].crashed = true;
         assert_eq!(scene.pays(&traffic, 0, &mut [0.0; 4]), (-1.0, true));
     }
 }
