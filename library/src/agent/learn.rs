@@ -279,7 +279,7 @@ impl<'a> Run<'a> {
 
     fn measure(&mut self, after: u64, ctx: &Ctx<'a>) -> Result<(), OpError> {
         let agent = self.learning.agent();
-        if !agent.nets.are_finite() {
+        if !agent.nets.are_finite() || !self.learning.losses().are_finite() {
             return Err(OpError::Failed(format!(
                 "learning diverged within {} steps: lower the learning rate",
                 self.steps

@@ -47,6 +47,12 @@ impl Means {
         counts.for_each(|(own, other)| *own += std::mem::take(other));
     }
 
+    /// Whether all are numbers so far.
+    #[must_use]
+    pub fn are_finite(&self) -> bool {
+        self.sums.iter().all(|sum| sum.is_finite())
+    }
+
     /// The first part of the last update.
     #[must_use]
     pub fn last(&self) -> f64 {
@@ -84,6 +90,10 @@ mod tests {
         other.add(&[6.0, 60.0]);
         all.gather(&mut other);
         assert_eq!((all.take(), all.last()), (vec![4.0, 3.0, 30.0], 4.0));
+        assert!(all.are_finite());
+        all.add(&[1.0, f64::NAN]);
+        assert!(!all.are_finite());
+        all.take();
         assert!(all.take().iter().all(|x| x.is_nan()) && other.take()[0].is_nan());
     }
 }
