@@ -7,7 +7,7 @@ use ivx_op::{Ctx, Facts, Lit, OpError, Part, Wrong, declare};
 use ivx_world::Spec;
 
 use super::super::agent::{TORSO, sight};
-use super::bc::{Bc, Examples};
+use super::bc::{Bc, Examples, shown_in};
 use super::{Learning, Method, Setting};
 
 declare! {
@@ -82,7 +82,7 @@ impl Beside {
 impl Method for Beside {
     fn fits(&self, setting: &Setting<'_>) -> Result<(), Misfit> {
         let (shares, cloned) = self.parts()?;
-        cloned.fits(setting)?;
+        shown_in(&cloned.shown, setting.spec)?;
         head(shares.net(), setting.spec)?;
         self.method.fits(setting)
     }
