@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ivx_engine::Locks;
+use ivx_engine::{Locks, Results};
 use ivx_op::Outcome as Verdict;
 
 use crate::project::{Project, Said, run};
@@ -44,6 +44,31 @@ fn the_page_counts_the_verdicts_that_are_locked() {
     let page = read("docs/thesis.md");
     assert!(page.contains(&row), "{row}");
     assert!(page.contains(&format!("| {} claims at |", claims().count())), "{page}");
+}
+
+/// The results that `desk` found, as files: their verdicts are those that are locked, and no run lacks its file.
+#[test]
+fn what_desk_found_is_what_is_locked() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).expect(path);
+    let locks = Locks::from_ron(&read("experiments/ch4/ivx.lock")).expect("locks read");
+    let mut n_claims = 0;
+    for (name, lock) in &locks.specs {
+        let Some(name) = name.strip_prefix("experiments/ch4/").and_then(|x| x.strip_suffix("@desk"))
+        else {
+            continue;
+        };
+        let found = Results::from_ron(&read(&format!("experiments/desk/{name}.ron")));
+        let found = found.expect("results read").experiments;
+        let registered = lock.registered.as_ref().expect("claims are registered");
+        for (experiment, claims) in &registered.claims {
+            for (words, claim) in claims {
+                let other = &found[experiment].claims[words];
+                assert_eq!((other.outcome, &other.claim), (claim.verdict, &claim.claim), "{words}");
+                n_claims += 1;
+            }
+        }
+    }
+    assert!(n_claims > 0, "nothing was run at desk");
 }
 
 const SPEC: &str = "edition \"2026\"
