@@ -53,7 +53,8 @@ fn what_desk_found_is_what_is_locked() {
     let locks = Locks::from_ron(&read("experiments/ch4/ivx.lock")).expect("locks read");
     let mut n_claims = 0;
     for (name, lock) in &locks.specs {
-        let Some(name) = name.strip_prefix("experiments/ch4/").and_then(|x| x.strip_suffix("@desk"))
+        let Some(name) =
+            name.strip_prefix("experiments/ch4/").and_then(|x| x.strip_suffix("@desk"))
         else {
             continue;
         };

@@ -178,14 +178,20 @@ impl Array {
     }
 
     /// The arrays side by side: the gathered axes outermost, then the dimensions they share. One that is missing has
-    /// those of the others.
+    /// those of the others; one whose labels are the first of the others' is not a number at the rest.
     ///
     /// # Errors
     /// If the arrays differ in their dimensions, or an axis bears the name of one.
     pub fn stack(gathered: &Gathered<Self>) -> Result<Self, String> {
         let all = &gathered.values;
-        let inner = all.iter().find(|array| !array.is_missing()).or(all.first());
-        let inner = inner.map_or(&[][..], |array| &array.dims);
+        let mut inner: Option<Vec<Dim>> = None;
+        for array in all.iter().filter(|array| !array.is_missing()) {
+            inner = Some(match inner {
+                None => array.dims.clone(),
+                Some(dims) => wider(dims, &array.dims)?,
+            });
+        }
+        let inner = inner.unwrap_or_default();
         let outer = |dim: &&Dim| gathered.dims.iter().any(|own| own.name == dim.name);
         if let Some(clash) = inner.iter().find(outer) {
             return Err(format!("`{}` is both an axis and a dimension of the value", clash.name));
@@ -198,10 +204,25 @@ impl Array {
             } else if array.is_missing() {
                 values.extend(std::iter::repeat_n(MISSING, each));
             } else {
-                return Err("the values do not share their dimensions".to_owned());
+                values.extend((0..each).map(|place| array.within(&inner, place)));
             }
         }
-        Ok(Self { dims: [&gathered.dims, inner].concat(), values })
+        Ok(Self { dims: [&gathered.dims[..], &inner].concat(), values })
+    }
+
+    /// The value at a place of wider dimensions, whose first labels are its own; beyond them, not a number.
+    fn within(&self, dims: &[Dim], mut place: usize) -> f64 {
+        let (mut own, mut stride) = (0, 1);
+        for (dim, wide) in self.dims.iter().zip(dims).rev() {
+            let i = place % wide.len();
+            if i >= dim.len() {
+                return f64::NAN;
+            }
+            own += i * stride;
+            stride *= dim.len();
+            place /= wide.len();
+        }
+        self.values[own]
     }
 
     /// The place of the dimension called `name`.
@@ -252,6 +273,24 @@ impl Artifact for Array {
     }
 }
 
+/// Dimensions of which both are the first labels.
+fn wider(dims: Vec<Dim>, others: &[Dim]) -> Result<Vec<Dim>, String> {
+    let fails = || Err("the values do not share their dimensions".to_owned());
+    if dims.len() != others.len() {
+        return fails();
+    }
+    let mut all = Vec::new();
+    for (dim, other) in dims.into_iter().zip(others) {
+        let n = dim.len().min(other.len());
+        let first: Vec<usize> = (0..n).collect();
+        if dim.name != other.name || dim.labels.pick(&first) != other.labels.pick(&first) {
+            return fails();
+        }
+        all.push(if dim.len() < other.len() { other.clone() } else { dim });
+    }
+    Ok(all)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,6 +315,27 @@ mod tests {
         assert_eq!(stacked, Array { dims: vec![ke, x], values: vec![1.0, 2.0, 3.0, 4.0] });
         assert_eq!(stacked.strides(), [2, 1]);
         assert_eq!(Array::decode(&stacked.encode()), Some(stacked));
+    }
+
+    #[test]
+    fn what_is_narrower_is_no_number_where_others_go_on() {
+        let d = Dim::new("d", Labels::Numbers(vec![1.0, 2.0]));
+        let dims = |n: usize, m: usize| {
+            vec![Dim::new("whose", Labels::count(n)), Dim::new("x", Labels::count(m))]
+        };
+        let array = |n, m, values: &[f64]| Array { dims: dims(n, m), values: values.to_vec() };
+        let stack = |values: Vec<Array>| {
+            Array::stack(&Gathered { dims: vec![d.clone()], values, name: String::new() })
+        };
+        let both = stack(vec![array(2, 1, &[1.0, 2.0]), array(1, 3, &[3.0, 4.0, 5.0])]).unwrap();
+        assert_eq!(both.dims[1..], dims(2, 3)[..]);
+        let n = f64::NAN;
+        let expected = [1.0, n, n, 2.0, n, n, 3.0, 4.0, 5.0, n, n, n];
+        assert!(both.values.iter().zip(expected).all(|(x, y)| x.to_bits() == y.to_bits()));
+        // Other labels are other things.
+        let mut other = array(1, 2, &[1.0, 2.0]);
+        other.dims[1].labels = Labels::Numbers(vec![1.0, 2.0]);
+        assert!(stack(vec![array(1, 2, &[1.0, 2.0]), other]).is_err());
     }
 
     #[test]
