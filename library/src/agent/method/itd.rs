@@ -40,7 +40,7 @@ declare! {
         width: usize = 4, in 1.0..=1e4;
         /// How many successor features each demonstrator has, which start apart.
         members: usize = 1, in 1.0..=1e3;
-        /// What the size of a preference costs.
+        /// What the size of a preference costs, over all cumulants and demonstrators together.
         sparsity: f64 = 0.05, in 0.0..;
         /// What a cumulant one step later is worth.
         discount: f64 = 0.99, in 0.0..=1.0;

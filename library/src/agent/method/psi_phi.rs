@@ -51,7 +51,7 @@ declare! {
         members: usize = 2, in 1.0..=1e3;
         /// How many of these are heard when it acts; 0 for all. One of several is no pessimism (Fig. 4.6).
         heard: usize = 0, in 0.0..=1e3;
-        /// What the size of a preference of others costs.
+        /// What the size of a preference of others costs, over all cumulants and demonstrators together.
         sparsity: f64 = 0.05, in 0.0..;
         /// What the square of a preference of its own costs, beside the mean squared error of what was paid.
         ridge: f64 = 1e-4, in f64::MIN_POSITIVE..;
