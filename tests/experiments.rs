@@ -111,7 +111,7 @@ fn studies_are_short_and_run_at_their_smallest() {
 
 fn specs() -> Vec<(String, String)> {
     let mut specs = Vec::new();
-    for folder in ["", "ch2", "ch4", "ch5"] {
+    for folder in ["", "ch2", "ch4", "ch5", "published"] {
         for entry in fs::read_dir(root().join(folder)).expect("experiments are there").flatten() {
             let path = entry.path();
             if path.is_file() {
