@@ -261,7 +261,7 @@ fn measure(plan: &Plan, family: &Family, outcome: &Outcome) -> Measure {
         let array = bytes(source, outcome).and_then(|bytes| Array::decode(&bytes));
         array.unwrap_or(Array::scalar(MISSING))
     };
-    let values = family.sources.iter().map(decode).collect();
+    let values = Array::widened(family.sources.iter().map(decode).collect());
     let gathered = Gathered { dims: family.dims.clone(), values, name: String::new() };
     let missing = missing(plan, family, outcome);
     match Array::stack(&gathered) {

@@ -178,20 +178,14 @@ impl Array {
     }
 
     /// The arrays side by side: the gathered axes outermost, then the dimensions they share. One that is missing has
-    /// those of the others; one whose labels are the first of the others' is not a number at the rest.
+    /// those of the others.
     ///
     /// # Errors
     /// If the arrays differ in their dimensions, or an axis bears the name of one.
     pub fn stack(gathered: &Gathered<Self>) -> Result<Self, String> {
         let all = &gathered.values;
-        let mut inner: Option<Vec<Dim>> = None;
-        for array in all.iter().filter(|array| !array.is_missing()) {
-            inner = Some(match inner {
-                None => array.dims.clone(),
-                Some(dims) => wider(dims, &array.dims)?,
-            });
-        }
-        let inner = inner.unwrap_or_default();
+        let inner = all.iter().find(|array| !array.is_missing()).or(all.first());
+        let inner = inner.map_or(&[][..], |array| &array.dims);
         let outer = |dim: &&Dim| gathered.dims.iter().any(|own| own.name == dim.name);
         if let Some(clash) = inner.iter().find(outer) {
             return Err(format!("`{}` is both an axis and a dimension of the value", clash.name));
@@ -204,10 +198,37 @@ impl Array {
             } else if array.is_missing() {
                 values.extend(std::iter::repeat_n(MISSING, each));
             } else {
-                values.extend((0..each).map(|place| array.within(&inner, place)));
+                return Err("the values do not share their dimensions".to_owned());
             }
         }
-        Ok(Self { dims: [&gathered.dims[..], &inner].concat(), values })
+        Ok(Self { dims: [&gathered.dims, inner].concat(), values })
+    }
+
+    /// Gives all arrays the dimensions of the widest, where their labels are the first of its; they are no numbers at the
+    /// rest. Where they are not, all stay as they are.
+    #[must_use]
+    pub fn widened(all: Vec<Self>) -> Vec<Self> {
+        let mut widest: Option<Vec<Dim>> = None;
+        for array in all.iter().filter(|array| !array.is_missing()) {
+            let Some(dims) = widest.take() else {
+                widest = Some(array.dims.clone());
+                continue;
+            };
+            match wider(dims, &array.dims) {
+                Some(dims) => widest = Some(dims),
+                None => return all,
+            }
+        }
+        let Some(widest) = widest else { return all };
+        let n = widest.iter().map(Dim::len).product();
+        let widen = |array: Self| {
+            if array.is_missing() || array.dims == widest {
+                return array;
+            }
+            let values = (0..n).map(|place| array.within(&widest, place)).collect();
+            Self { dims: widest.clone(), values }
+        };
+        all.into_iter().map(widen).collect()
     }
 
     /// The value at a place of wider dimensions, whose first labels are its own; beyond them, not a number.
@@ -273,22 +294,21 @@ impl Artifact for Array {
     }
 }
 
-/// Dimensions of which both are the first labels.
-fn wider(dims: Vec<Dim>, others: &[Dim]) -> Result<Vec<Dim>, String> {
-    let fails = || Err("the values do not share their dimensions".to_owned());
-    if dims.len() != others.len() {
-        return fails();
+/// Dimensions of which both are the first labels, if there are.
+fn wider(dims: Vec<Dim>, others: &[Dim]) -> Option<Vec<Dim>> {
+    let are_alike = |(dim, other): (&Dim, &Dim)| {
+        let first: Vec<usize> = (0..dim.len().min(other.len())).collect();
+        dim.name == other.name && dim.labels.pick(&first) == other.labels.pick(&first)
+    };
+    if dims.len() != others.len() || !dims.iter().zip(others).all(are_alike) {
+        return None;
     }
-    let mut all = Vec::new();
-    for (dim, other) in dims.into_iter().zip(others) {
-        let n = dim.len().min(other.len());
-        let first: Vec<usize> = (0..n).collect();
-        if dim.name != other.name || dim.labels.pick(&first) != other.labels.pick(&first) {
-            return fails();
-        }
-        all.push(if dim.len() < other.len() { other.clone() } else { dim });
-    }
-    Ok(all)
+    let pairs = dims.into_iter().zip(others);
+    Some(
+        pairs
+            .map(|(dim, other)| if dim.len() < other.len() { other.clone() } else { dim })
+            .collect(),
+    )
 }
 
 #[cfg(test)]
@@ -325,6 +345,7 @@ mod tests {
         };
         let array = |n, m, values: &[f64]| Array { dims: dims(n, m), values: values.to_vec() };
         let stack = |values: Vec<Array>| {
+            let values = Array::widened(values);
             Array::stack(&Gathered { dims: vec![d.clone()], values, name: String::new() })
         };
         let both = stack(vec![array(2, 1, &[1.0, 2.0]), array(1, 3, &[3.0, 4.0, 5.0])]).unwrap();
