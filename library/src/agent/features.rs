@@ -13,6 +13,7 @@ use ivx_world::Spec;
 use rand_chacha::ChaCha8Rng;
 
 use super::agent::{Choice, TORSO, look, sight};
+use super::resample::Resample;
 use super::shown::{Drawn, Shown, column};
 
 pub(super) const PHI: &str = "phi";
@@ -68,18 +69,24 @@ impl Heads<'_> {
         self.modules(spec, &(0..=0)).map(drop)
     }
 
-    /// Networks for these policies that have learned nothing. Preferences of a task are 0, and those of demonstrators
+    /// Networks for these policies that have learned nothing. Each is drawn by itself, so that it is the same beside others.
+    /// Preferences of a task are 0, and those of demonstrators
     /// drawn evenly within `±1/√d`.
     pub(super) fn draw(
         &self,
         spec: &Spec,
         policies: &RangeInclusive<usize>,
-        rng: &mut ChaCha8Rng,
+        rng: &dyn Fn(&str) -> ChaCha8Rng,
     ) -> Result<Networks, Misfit> {
-        let mut nets = Networks::drawn(self.modules(spec, policies)?, rng);
+        let mut nets = Networks::default();
+        for (name, module) in self.modules(spec, policies)? {
+            let own = [(String::new(), module)].into();
+            nets.add(&name, Networks::drawn(own, &mut rng(&name)));
+        }
         for k in policies.clone() {
             let start = if k == 0 { Start::Constant(0.0) } else { Start::Uniform(self.width) };
-            nets = nets.with(&preferences(k), vec![self.width], start, rng);
+            let name = preferences(k);
+            nets = nets.with(&name, vec![self.width], start, &mut rng(&name));
         }
         Ok(nets)
     }
@@ -117,6 +124,7 @@ pub(super) struct Others<'a> {
     pub(super) width: usize,
     pub(super) discount: f64,
     pub(super) drawn: Drawn,
+    pub(super) resample: Resample,
 }
 
 impl Others<'_> {
@@ -132,12 +140,13 @@ impl Others<'_> {
         self.draws.set_stream(t);
         self.draws.set_word_pos(0);
         self.shown.draw(n, &mut self.draws, &mut self.drawn);
+        self.resample.keep(self.drawn.rows.iter().map(|row| *row as u64));
     }
 
     /// The losses of the actions and of the features of each demonstrator (Eqns. 4.17, 4.18), means over members; those
     /// are left out of whom no step was drawn. And the cumulants of all steps.
     pub(super) fn losses(&self, live: &Live, norm: ivx_nn::Norm) -> (Vec<(Var, Var)>, Var) {
-        let Self { shown, drawn, width, .. } = self;
+        let Self { shown, drawn, width, resample, .. } = self;
         let graph = &live.graph;
         let seen = live.pass(TORSO, shown.look(graph, &drawn.rows));
         let then = graph.still(|| live.pass(&copy(TORSO), shown.look(graph, &drawn.next)));
@@ -146,20 +155,21 @@ impl Others<'_> {
         let mut losses = Vec::new();
         let mut first = 0;
         for (k, count) in (1..).zip(&drawn.counts) {
-            let places: Vec<usize> = (first..first + count).collect();
+            let range = first..first + count;
             first += count;
-            if places.is_empty() {
+            if range.is_empty() {
                 continue;
             }
-            let own = |x: Var| graph.items(x, &places);
-            let (seen, then) = (own(seen), graph.still(|| own(then)));
-            let (acts, cumulants) = (own(acts), own(cumulants));
-            let next_acts = graph.still(|| own(column(graph, &drawn.next_acts)));
-            let goes_on = graph.still(|| own(column(graph, &drawn.goes_on)));
-            let discounts = graph.still(|| graph.affine(goes_on, self.discount, 0.0));
             let w = live.array(&preferences(k));
             let each: Vec<(Var, Var)> = (0..self.members)
                 .map(|m| {
+                    let places = resample.within(m, &range);
+                    let own = |x: Var| graph.items(x, &places);
+                    let (seen, then) = (own(seen), graph.still(|| own(then)));
+                    let (acts, cumulants) = (own(acts), own(cumulants));
+                    let next_acts = graph.still(|| own(column(graph, &drawn.next_acts)));
+                    let goes_on = graph.still(|| own(column(graph, &drawn.goes_on)));
+                    let discounts = graph.still(|| graph.affine(goes_on, self.discount, 0.0));
                     let all = live.pass(&psi(k, m), seen);
                     let next = graph.still(|| {
                         graph.gather(live.pass(&copy(&psi(k, m)), then), next_acts, *width)

@@ -14,6 +14,7 @@ mod improve;
 mod learn;
 mod method;
 mod replay;
+mod resample;
 mod shown;
 pub mod tabular;
 mod watch;

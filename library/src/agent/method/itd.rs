@@ -9,6 +9,7 @@ use ivx_world::{Acts, Spec, Step};
 
 use super::super::agent::{Agent, Choice, TORSO};
 use super::super::features::{Heads, Others, PHI, PSI, W, size};
+use super::super::resample::Resample;
 use super::super::shown::{Drawn, Shown};
 use super::bc::shown_in;
 use super::target::Target;
@@ -27,7 +28,7 @@ declare! {
     ///
     /// It never acts to learn: where steps of the world are counted it makes an update for each. The agent acts as its
     /// first demonstrator would; `imitated` acts as another.
-    pub struct Itd = "itd" @ 1 {
+    pub struct Itd = "itd" @ 2 {
         /// What others did, and who.
         shown: One<Demonstrations>;
         /// The layers that all share, up to a vector.
@@ -38,7 +39,7 @@ declare! {
         features: Vec<usize> = vec![64_i64], in 1.0..=1e5;
         /// How many numbers a cumulant has.
         width: usize = 4, in 1.0..=1e4;
-        /// How many successor features each demonstrator has, which start apart.
+        /// How many successor features each demonstrator has, which start apart and learn each from a resample of the steps.
         members: usize = 1, in 1.0..=1e3;
         /// What the size of a preference costs, over all cumulants and demonstrators together.
         sparsity: f64 = 0.05, in 0.0..;
@@ -86,7 +87,8 @@ impl Method for Itd {
         ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
         let (spec, n) = (setting.spec, self.shown.names.len());
-        let nets = self.heads().draw(spec, &(1..=n), &mut ctx.rng("init", &[])).map_err(failed)?;
+        let drawn = |name: &str| ctx.rng("init", &[name]);
+        let nets = self.heads().draw(spec, &(1..=n), &drawn).map_err(failed)?;
         let mut live = Live::of(&nets);
         live.target(TORSO);
         live.target(PSI);
@@ -103,6 +105,7 @@ impl Method for Itd {
                 width: self.width,
                 discount: self.discount,
                 drawn: Drawn::default(),
+                resample: Resample::new(ctx.rng("resample", &["shown"]), self.members),
             },
             follow: self.target.rule(),
             spec: spec.clone(),

@@ -19,6 +19,7 @@ use super::super::features::{
 };
 use super::super::improve::{best, worth};
 use super::super::replay::{Batch, Replay};
+use super::super::resample::Resample;
 use super::super::shown::{Drawn, Shown, column};
 use super::bc::shown_in;
 use super::{Dqn, Learning, Means, Method, Setting, q_loss, q_target};
@@ -36,7 +37,7 @@ declare! {
     ///
     /// It acts by the best of all policies, its own and those of others, where each is worth the lowest of what its
     /// members say (Eqn. 4.23), but for `epsilon`.
-    pub struct PsiPhi = "psi_phi" @ 1 {
+    pub struct PsiPhi = "psi_phi" @ 2 {
         /// What others did, and who.
         shown: One<Demonstrations>;
         /// How it learns from what it does: `dqn`, whose network up to the last linear map is what all share.
@@ -47,7 +48,7 @@ declare! {
         features: Vec<usize> = vec![64_i64], in 1.0..=1e5;
         /// How many numbers a cumulant has.
         width: usize = 4, in 1.0..=1e4;
-        /// How many successor features each policy has, which start apart.
+        /// How many successor features each policy has, which start apart and learn each from a resample of the steps.
         members: usize = 2, in 1.0..=1e3;
         /// How many of these are heard when it acts; 0 for all. One of several is no pessimism (Fig. 4.6).
         heard: usize = 0, in 0.0..=1e3;
@@ -117,8 +118,8 @@ impl Method for PsiPhi {
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
         let by = self.by().map_err(failed)?;
         let (spec, n) = (setting.spec, self.shown.names.len());
-        let init = &mut ctx.rng("init", &[]);
-        let mut nets = self.heads(by).draw(spec, &(0..=n), init).map_err(failed)?;
+        let drawn = |name: &str| ctx.rng("init", &[name]);
+        let mut nets = self.heads(by).draw(spec, &(0..=n), &drawn).map_err(failed)?;
         if let Some(from) = &self.from {
             if from.nets.modules != nets.modules || from.knows != self.shown.names {
                 let message = "the agent to go on from has other networks, or knows others";
@@ -145,8 +146,10 @@ impl Method for PsiPhi {
                 width: self.width,
                 discount: by.discount,
                 drawn: Drawn::default(),
+                resample: Resample::new(ctx.rng("resample", &["shown"]), self.members),
             },
             replay: by.replay(setting),
+            resample: Resample::new(ctx.rng("resample", &["own"]), self.members),
             explore: by.exploring(ctx),
             spec: spec.clone(),
             draws: ctx.rng("replay", &[]),
@@ -208,6 +211,7 @@ struct Learner<'a> {
     task: Task,
     others: Others<'a>,
     replay: Replay,
+    resample: Resample,
     explore: Explore<'a>,
     spec: Spec,
     draws: ChaCha8Rng,
@@ -280,12 +284,15 @@ impl Learning for Learner<'_> {
 
 impl Learner<'_> {
     fn update(&mut self) {
-        let Self { how, by, live, others, replay, batch, along, draws, task, .. } = self;
+        let Self { how, by, live, others, replay, batch, along, draws, task, resample, .. } = self;
         others.draw(self.descent.done(), by.batch);
         draws.set_stream(self.descent.done());
         draws.set_word_pos(0);
         replay.draw(by.batch, draws, batch);
         replay.along(batch, along);
+        resample
+            .keep(batch.rows.iter().map(|(lane, place)| ((*lane as u64) << 32) | *place as u64));
+        let all = 0..batch.rows.len();
         let own = live.group(&[TASK])[0];
         let mut told = [0.0; 7];
         let loss = self.descent.lower(live, |live| {
@@ -315,13 +322,19 @@ impl Learner<'_> {
             let each: Vec<(Var, Var)> = (0..how.members)
                 .map(|m| {
                     let net = psi(0, m);
+                    let places = resample.within(m, &all);
+                    let own = |x: Var| graph.items(x, &places);
+                    let still = |x: Var| graph.still(|| own(x));
+                    let (z, acts, sums) = (own(z), own(acts), own(sums));
+                    let (paid, discounts) = (still(paid), still(discounts));
+                    let (then, then_own) = (still(then), then_own.map(still));
                     let all = live.pass(&net, z);
                     let (next, target, best) = graph.still(|| {
                         let next = live.pass(&copy(&net), then);
                         let worth = graph.contract(next, w);
-                        let own = then_own.map(|then| graph.contract(live.pass(&net, then), w));
-                        let best = graph.argmax_items(own.unwrap_or(worth));
-                        (next, q_target(graph, (worth, own), paid, discounts), best)
+                        let said = then_own.map(|then| graph.contract(live.pass(&net, then), w));
+                        let best = graph.argmax_items(said.unwrap_or(worth));
+                        (next, q_target(graph, (worth, said), paid, discounts), best)
                     });
                     let next = graph.still(|| graph.gather(next, best, how.width));
                     let features = graph.gather(all, acts, how.width);
