@@ -3,11 +3,12 @@
 use ivx_data::form::failed;
 use ivx_data::{Columns, Misfit};
 use ivx_math::successor::Preferences;
-use ivx_nn::{Live, Real as _};
-use ivx_op::{Ctx, One, OpError, State, declare};
+use ivx_nn::{Live, Real as _, Schedule};
+use ivx_op::{Ctx, One, OpError, Part, State, declare};
 use ivx_world::{Acts, Spec, Step};
 
 use super::super::agent::{Agent, Choice, TORSO, look};
+use super::super::explore::Explore;
 use super::super::features::{TASK, cumulants, policies};
 use super::super::improve::{best, worth};
 use super::{Learning, Means, Method, Setting};
@@ -23,11 +24,13 @@ declare! {
     /// after every step. Nothing else changes. It acts by the best of all policies that it knows (Eqn. 4.23), and by the
     /// preferences that it had as long as nothing contradicts them. The thesis is silent about what is not told by what
     /// was paid; that it stays as it was is ours.
-    pub struct NewTask = "preferences" @ 1 {
+    pub struct NewTask = "preferences" @ 2 {
         /// An agent that learned by `psi_phi`.
         of: One<Agent>;
         /// What the square of a change weighs beside squares of errors, summed over steps.
         ridge: f64 = 0.01, in f64::MIN_POSITIVE..;
+        /// The probability of an action drawn evenly while it learns, which falls, if it does, over the steps it learns for.
+        epsilon: Box<dyn Schedule> = Part::new("constant").with("value", 0.0);
     }
 }
 
@@ -53,7 +56,7 @@ impl Method for NewTask {
     fn begin<'a>(
         &'a self,
         setting: &Setting<'_>,
-        _: &Ctx<'a>,
+        ctx: &Ctx<'a>,
     ) -> Result<Box<dyn Learning + 'a>, OpError> {
         let heard = self.heard().map_err(failed)?;
         let nets = &self.of.nets;
@@ -68,7 +71,14 @@ impl Method for NewTask {
             policies: policies(nets),
             live: Live::of(nets),
             spec: setting.spec.clone(),
+            explore: Explore {
+                epsilon: &*self.epsilon,
+                over: setting.steps.unwrap_or(1),
+                warm_up: 0,
+                rng: ctx.rng("explore", &[]),
+            },
             losses: Means::new(&["error"]),
+            tried: Vec::new(),
             values: Vec::new(),
         }))
     }
@@ -85,21 +95,25 @@ struct Learner<'a> {
     policies: Vec<Vec<String>>,
     live: Live,
     spec: Spec,
+    explore: Explore<'a>,
     losses: Means,
+    tried: Vec<Option<usize>>,
     values: Vec<f64>,
 }
 
 impl Learning for Learner<'_> {
-    fn act(&mut self, _: u64, seen: &Columns, acts: &mut Acts) {
-        let Self { live, policies, values, heard, .. } = self;
+    fn act(&mut self, t: u64, seen: &Columns, acts: &mut Acts) {
+        let Ok(n) = self.spec.does.n_discrete() else { unreachable!("it fits") };
+        let Self { live, policies, values, heard, explore, tried, .. } = self;
+        explore.tried(t, n, seen.len(), tried);
         live.graph.begin();
         let z = live.graph.still(|| live.pass(TORSO, look(live, seen)));
         worth(live, policies, Some(TASK), z, values);
         let lowest = |said: &[f64]| ivx_math::order::min(&said[..*heard]);
         let sizes = (policies.len(), policies[0].len());
         let rows = values.chunks_exact(values.len() / seen.len());
-        for (act, values) in acts.places.iter_mut().zip(rows) {
-            *act = best(values, sizes, &lowest);
+        for (act, (tried, values)) in acts.places.iter_mut().zip(tried.iter().zip(rows)) {
+            *act = tried.unwrap_or_else(|| best(values, sizes, &lowest));
         }
     }
 
