@@ -22,7 +22,7 @@ impl Resample {
     /// Looks at the steps of an update.
     ///
     /// - `steps`: which step each is.
-    pub(super) fn keep(&mut self, steps: impl Iterator<Item = u64> + Clone) {
+    pub(super) fn keep(&mut self, steps: &(impl Iterator<Item = u64> + Clone)) {
         let alone = self.kept.len() == 1;
         for (m, kept) in (0..).zip(&mut self.kept) {
             self.rng.set_stream(m);
@@ -64,7 +64,7 @@ mod tests {
     fn members_learn_from_other_steps_and_always_from_the_same() {
         let mut two = Resample::new(ChaCha8Rng::seed_from_u64(1), 2);
         let n = 20_000;
-        two.keep(0..n);
+        two.keep(&(0..n));
         let all = 0..20_000;
         let (a, b) = (two.within(0, &all), two.within(1, &all));
         for own in [&a, &b] {
@@ -76,7 +76,7 @@ mod tests {
         let both = a.iter().filter(|i| b.binary_search(i).is_ok()).count();
         assert!(both.abs_diff(12_642) < 500, "{both}");
         // In another order it is the same steps.
-        two.keep((0..n).rev());
+        two.keep(&(0..n).rev());
         let mut mirrored: Vec<usize> = two.within(0, &all).iter().map(|i| 19_999 - i).collect();
         mirrored.sort_unstable();
         assert_eq!(mirrored, a);
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn one_alone_learns_from_all() {
         let mut one = Resample::new(ChaCha8Rng::seed_from_u64(1), 1);
-        one.keep(10..14);
+        one.keep(&(10..14));
         assert_eq!(one.within(0, &(1..3)), [1, 2]);
     }
 

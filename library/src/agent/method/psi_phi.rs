@@ -291,7 +291,7 @@ impl Learner<'_> {
         replay.draw(by.batch, draws, batch);
         replay.along(batch, along);
         resample
-            .keep(batch.rows.iter().map(|(lane, place)| ((*lane as u64) << 32) | *place as u64));
+            .keep(&batch.rows.iter().map(|(lane, place)| ((*lane as u64) << 32) | *place as u64));
         let all = 0..batch.rows.len();
         let own = live.group(&[TASK])[0];
         let mut told = [0.0; 7];
