@@ -140,7 +140,7 @@ impl Others<'_> {
         self.draws.set_stream(t);
         self.draws.set_word_pos(0);
         self.shown.draw(n, &mut self.draws, &mut self.drawn);
-        self.resample.keep(&self.drawn.rows.iter().map(|row| *row as u64));
+        self.resample.keep(&self.drawn.episodes.iter().map(|episode| *episode as u64));
     }
 
     /// The losses of the actions and of the features of each demonstrator (Eqns. 4.17, 4.18), means over members; those

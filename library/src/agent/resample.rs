@@ -1,13 +1,16 @@
-//! Which steps each member of an ensemble learns from (Remark 2.7).
+//! Which episodes each member of an ensemble learns from (Remark 2.7).
 
 use std::ops::Range;
 
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Which of the steps of an update each member learns from, and how often: as often as it drew them when it drew as many
-/// steps as there are, with replacement, which is `Poisson(1)` times (Oza and Russell, 2001). For one step it is the
+/// Which of the steps of an update each member learns from, and how often: as often as it drew their group when it drew as
+/// many groups as there are, with replacement, which is `Poisson(1)` times (Oza and Russell, 2001). For one group it is the
 /// same in every update. One member alone learns from all.
+///
+/// Groups are episodes, or steps in a row: targets of temporal differences look at the next step, and where members had
+/// steps by themselves, those of a third of them were of steps that the member never learned from, and diverged.
 #[derive(Debug)]
 pub(super) struct Resample {
     rng: ChaCha8Rng,
@@ -21,14 +24,14 @@ impl Resample {
 
     /// Looks at the steps of an update.
     ///
-    /// - `steps`: which step each is.
-    pub(super) fn keep(&mut self, steps: &(impl Iterator<Item = u64> + Clone)) {
+    /// - `groups`: the group of each.
+    pub(super) fn keep(&mut self, groups: &(impl Iterator<Item = u64> + Clone)) {
         let alone = self.kept.len() == 1;
         for (m, kept) in (0..).zip(&mut self.kept) {
             self.rng.set_stream(m);
             kept.clear();
-            for (place, step) in steps.clone().enumerate() {
-                self.rng.set_word_pos(u128::from(step) * 2);
+            for (place, group) in groups.clone().enumerate() {
+                self.rng.set_word_pos(u128::from(group) * 2);
                 let times = if alone { 1 } else { times(self.rng.random()) };
                 kept.extend(std::iter::repeat_n(place, times));
             }
@@ -61,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn members_learn_from_other_steps_and_always_from_the_same() {
+    fn members_learn_from_other_groups_and_always_from_the_same() {
         let mut two = Resample::new(ChaCha8Rng::seed_from_u64(1), 2);
         let n = 20_000;
         two.keep(&(0..n));
@@ -75,7 +78,7 @@ mod tests {
         }
         let both = a.iter().filter(|i| b.binary_search(i).is_ok()).count();
         assert!(both.abs_diff(12_642) < 500, "{both}");
-        // In another order it is the same steps.
+        // In another order it is the same groups.
         two.keep(&(0..n).rev());
         let mut mirrored: Vec<usize> = two.within(0, &all).iter().map(|i| 19_999 - i).collect();
         mirrored.sort_unstable();

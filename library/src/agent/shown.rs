@@ -23,6 +23,7 @@ struct Known {
     acts: [u32; 2],
     is_last: bool,
     whose: usize,
+    episode: usize,
 }
 
 /// Some steps, drawn evenly with replacement, those of one demonstrator after those of another.
@@ -38,6 +39,8 @@ pub(super) struct Drawn {
     pub(super) goes_on: Vec<f32>,
     /// How many there are of each demonstrator.
     pub(super) counts: Vec<usize>,
+    /// Which episode each is of.
+    pub(super) episodes: Vec<usize>,
 }
 
 impl<'a> Shown<'a> {
@@ -47,13 +50,15 @@ impl<'a> Shown<'a> {
             unreachable!("they are discrete")
         };
         let mut steps = Vec::new();
-        for ((seen, done, n, end), &whose) in of.paths.each().zip(&of.whose) {
+        for (episode, ((seen, done, n, end), &whose)) in of.paths.each().zip(&of.whose).enumerate()
+        {
             let is_last = |t: usize| t + 1 == n;
             let known = (0..n).filter(|&t| !is_last(t) || end == End::Terminal).map(|t| Known {
                 row: seen + t,
                 acts: [acts[done + t], if is_last(t) { 0 } else { acts[done + t + 1] }],
                 is_last: is_last(t),
                 whose,
+                episode,
             });
             steps.extend(known);
         }
@@ -74,7 +79,7 @@ impl<'a> Shown<'a> {
         let mut places: Vec<usize> =
             (0..n).map(|_| rng.random_range(0..self.steps.len())).collect();
         places.sort_by_key(|place| self.steps[*place].whose);
-        let Drawn { rows, next, acts, next_acts, goes_on, counts } = drawn;
+        let Drawn { rows, next, acts, next_acts, goes_on, counts, episodes } = drawn;
         let each = || places.iter().map(|place| self.steps[*place]);
         rows.clear();
         next.clear();
@@ -82,6 +87,8 @@ impl<'a> Shown<'a> {
         next_acts.clear();
         goes_on.clear();
         counts.clear();
+        episodes.clear();
+        episodes.extend(each().map(|step| step.episode));
         rows.extend(each().map(|step| step.row));
         next.extend(each().map(|step| step.row + 1));
         acts.extend(each().map(|step| step.acts[0] as f32));
@@ -124,6 +131,7 @@ mod tests {
         assert!(drawn.rows[..first].iter().all(|row| [4, 5].contains(row)));
         assert!(drawn.rows[first..].iter().all(|row| [0, 1, 2].contains(row)));
         assert!((150..250).contains(&first), "{first}");
+        assert_eq!(drawn.episodes, [vec![1; first], vec![0; 500 - first]].concat());
         for i in 0..500 {
             let step = (drawn.acts[i], drawn.next_acts[i], drawn.goes_on[i]);
             let expected = [(0.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 0.0, 0.0)][drawn.rows[i] % 4];

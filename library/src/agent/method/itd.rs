@@ -28,7 +28,7 @@ declare! {
     ///
     /// It never acts to learn: where steps of the world are counted it makes an update for each. The agent acts as its
     /// first demonstrator would; `imitated` acts as another.
-    pub struct Itd = "itd" @ 2 {
+    pub struct Itd = "itd" @ 3 {
         /// What others did, and who.
         shown: One<Demonstrations>;
         /// The layers that all share, up to a vector.
@@ -39,7 +39,7 @@ declare! {
         features: Vec<usize> = vec![64_i64], in 1.0..=1e5;
         /// How many numbers a cumulant has.
         width: usize = 4, in 1.0..=1e4;
-        /// How many successor features each demonstrator has, which start apart and learn each from a resample of the steps.
+        /// How many successor features each demonstrator has, which start apart and learn each from a resample of episodes.
         members: usize = 1, in 1.0..=1e3;
         /// What the size of a preference costs, over all cumulants and demonstrators together.
         sparsity: f64 = 0.05, in 0.0..;

@@ -37,7 +37,7 @@ declare! {
     ///
     /// It acts by the best of all policies, its own and those of others, where each is worth the lowest of what its
     /// members say (Eqn. 4.23), but for `epsilon`.
-    pub struct PsiPhi = "psi_phi" @ 2 {
+    pub struct PsiPhi = "psi_phi" @ 3 {
         /// What others did, and who.
         shown: One<Demonstrations>;
         /// How it learns from what it does: `dqn`, whose network up to the last linear map is what all share.
@@ -48,7 +48,7 @@ declare! {
         features: Vec<usize> = vec![64_i64], in 1.0..=1e5;
         /// How many numbers a cumulant has.
         width: usize = 4, in 1.0..=1e4;
-        /// How many successor features each policy has, which start apart and learn each from a resample of the steps.
+        /// How many successor features each policy has, which start apart and learn each from a resample of episodes, and of runs of 64 own steps.
         members: usize = 2, in 1.0..=1e3;
         /// How many of these are heard when it acts; 0 for all. One of several is no pessimism (Fig. 4.6).
         heard: usize = 0, in 0.0..=1e3;
@@ -184,6 +184,9 @@ struct Task {
 /// little.
 const KEPT: f64 = 0.99;
 
+/// How many own steps in a row members learn from together.
+const RUN: u64 = 64;
+
 impl Task {
     fn new(width: usize, ridge: f64) -> Self {
         Self { seen: Preferences::new(width), n: 0.0, ridge }
@@ -290,8 +293,8 @@ impl Learner<'_> {
         draws.set_word_pos(0);
         replay.draw(by.batch, draws, batch);
         replay.along(batch, along);
-        resample
-            .keep(&batch.rows.iter().map(|(lane, place)| ((*lane as u64) << 32) | *place as u64));
+        let run = |(lane, place): &(usize, usize)| ((*lane as u64) << 32) | (*place as u64 / RUN);
+        resample.keep(&batch.rows.iter().map(run));
         let all = 0..batch.rows.len();
         let own = live.group(&[TASK])[0];
         let mut told = [0.0; 7];
