@@ -70,8 +70,7 @@ impl Heads<'_> {
     }
 
     /// Networks for these policies that have learned nothing. Each is drawn by itself, so that it is the same beside others.
-    /// Preferences of a task are 0, and those of demonstrators
-    /// drawn evenly within `±1/√d`.
+    /// Preferences of a task are 0, and those of demonstrators drawn evenly within `±1/√d`.
     pub(super) fn draw(
         &self,
         spec: &Spec,

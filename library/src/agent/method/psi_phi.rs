@@ -48,7 +48,8 @@ declare! {
         features: Vec<usize> = vec![64_i64], in 1.0..=1e5;
         /// How many numbers a cumulant has.
         width: usize = 4, in 1.0..=1e4;
-        /// How many successor features each policy has, which start apart and learn each from a resample of episodes, and of runs of 64 own steps.
+        /// How many successor features each policy has, which start apart and learn each from a resample of episodes, and
+        /// of runs of 64 own steps.
         members: usize = 2, in 1.0..=1e3;
         /// How many of these are heard when it acts; 0 for all. One of several is no pessimism (Fig. 4.6).
         heard: usize = 0, in 0.0..=1e3;
