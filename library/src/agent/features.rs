@@ -119,7 +119,6 @@ fn perceptron(inputs: usize, hidden: &[usize], outputs: usize) -> Module {
 pub(super) struct Others<'a> {
     pub(super) shown: Shown<'a>,
     pub(super) draws: ChaCha8Rng,
-    pub(super) members: usize,
     pub(super) width: usize,
     pub(super) discount: f64,
     pub(super) drawn: Drawn,
@@ -160,7 +159,7 @@ impl Others<'_> {
                 continue;
             }
             let w = live.array(&preferences(k));
-            let each: Vec<(Var, Var)> = (0..self.members)
+            let each: Vec<(Var, Var)> = (0..resample.members())
                 .map(|m| {
                     let places = resample.within(m, &range);
                     let own = |x: Var| graph.items(x, &places);

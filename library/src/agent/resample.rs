@@ -22,11 +22,15 @@ impl Resample {
         Self { rng, kept: vec![Vec::new(); members] }
     }
 
+    pub(super) fn members(&self) -> usize {
+        self.kept.len()
+    }
+
     /// Looks at the steps of an update.
     ///
     /// - `groups`: the group of each.
     pub(super) fn keep(&mut self, groups: &(impl Iterator<Item = u64> + Clone)) {
-        let alone = self.kept.len() == 1;
+        let alone = self.members() == 1;
         for (m, kept) in (0..).zip(&mut self.kept) {
             self.rng.set_stream(m);
             kept.clear();

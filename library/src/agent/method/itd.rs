@@ -101,7 +101,6 @@ impl Method for Itd {
             others: Others {
                 shown: Shown::new(&self.shown)?,
                 draws: ctx.rng("shown", &[]),
-                members: self.members,
                 width: self.width,
                 discount: self.discount,
                 drawn: Drawn::default(),

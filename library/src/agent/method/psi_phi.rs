@@ -143,7 +143,6 @@ impl Method for PsiPhi {
             others: Others {
                 shown: Shown::new(&self.shown)?,
                 draws: ctx.rng("shown", &[]),
-                members: self.members,
                 width: self.width,
                 discount: by.discount,
                 drawn: Drawn::default(),
