@@ -20,6 +20,9 @@ pub struct Form {
     /// The shape of an input: none for a number, `[length]` for a vector, `[steps, length]` for a
     /// sequence, `[channels, rows, columns]` for an image.
     pub input: Vec<usize>,
+    /// How many numbers stand behind those of that shape, such as a speed beside an image.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub beside: usize,
     /// The shape of a target.
     pub target: Vec<usize>,
     /// How many classes there are, where targets are indices of classes.
@@ -56,31 +59,38 @@ impl Form {
             ("y".to_owned(), self.target.clone()),
         ]);
         shapes.extend(self.classes.map(|n| ("classes".to_owned(), vec![n])));
+        if self.beside > 0 {
+            shapes.insert(BESIDE.to_owned(), vec![self.beside]);
+        }
         shapes
     }
 
     /// What is observed, from what the checker knows of it.
     #[must_use]
     pub fn of(shapes: &Shapes) -> Option<Self> {
-        let classes = match shapes.get("classes").map(Vec::as_slice) {
-            None => None,
-            Some([n]) => Some(*n),
-            Some(_) => return None,
+        let number = |name| match shapes.get(name).map(Vec::as_slice) {
+            None => Some(None),
+            Some([n]) => Some(Some(*n)),
+            Some(_) => None,
         };
+        let (classes, beside) = (number("classes")?, number(BESIDE)?.unwrap_or(0));
         let (input, target) = (shapes.get("x")?.clone(), shapes.get("y")?.clone());
-        Some(Self { input, target, classes, ..Self::default() })
+        Some(Self { input, beside, target, classes, ..Self::default() })
     }
 
     /// Whether observations are pairs of numbers.
     #[must_use]
     pub fn is_pairs(&self) -> bool {
-        self.input.is_empty() && self.target.is_empty() && self.classes.is_none()
+        self.input_len() == 1
+            && self.input.is_empty()
+            && self.target.is_empty()
+            && self.classes.is_none()
     }
 
-    /// How many numbers an input has.
+    /// How many numbers an input has, with those beside.
     #[must_use]
     pub fn input_len(&self) -> usize {
-        self.input.iter().product()
+        self.input.iter().product::<usize>() + self.beside
     }
 
     /// How many numbers a target has.
@@ -129,6 +139,23 @@ impl Dataset {
 /// What the array of names is called.
 const NAMES: &str = "names";
 
+/// What the array of numbers beside inputs is called.
+const BESIDE: &str = "beside";
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_zero(n: &usize) -> bool {
+    *n == 0
+}
+
+/// `n` rows of two columns, one after the other in each.
+fn interleaved(one: &[f64], other: &[f64], n: usize) -> Vec<f64> {
+    let rows = |values: &[f64], i: usize| {
+        let width = values.len() / n;
+        values[i * width..][..width].to_vec()
+    };
+    (0..n).flat_map(|i| [rows(one, i), rows(other, i)].concat()).collect()
+}
+
 impl Artifact for Dataset {
     const KIND: &'static str = "Dataset";
 
@@ -137,8 +164,15 @@ impl Artifact for Dataset {
             let shape = [self.len()].iter().chain(item).copied().collect();
             Data::F64(shape, values.to_vec())
         };
-        let (x, y) = (column(&self.form.input, &self.x), column(&self.form.target, &self.y));
+        let rows = self.x.chunks_exact(self.form.input_len().max(1));
+        let (x, beside): (Vec<&[f64]>, Vec<&[f64]>) =
+            rows.map(|row| row.split_at(row.len() - self.form.beside)).unzip();
+        let (x, y) = (column(&self.form.input, &x.concat()), column(&self.form.target, &self.y));
         let mut tensors = Tensors { arrays: [("x".to_owned(), x), ("y".to_owned(), y)].into() };
+        if self.form.beside > 0 {
+            let beside = column(&[self.form.beside], &beside.concat());
+            tensors.arrays.insert(BESIDE.to_owned(), beside);
+        }
         if !self.form.names.are_none() {
             let names = ron::to_string(&self.form.names).expect("names are plain data");
             tensors.arrays.insert(NAMES.to_owned(), Data::bytes(names.into_bytes()));
@@ -155,7 +189,18 @@ impl Artifact for Dataset {
         } else {
             Names::default()
         };
-        let form = Form { input: input.to_vec(), target: target.to_vec(), classes, names };
+        let (input, target) = (input.to_vec(), target.to_vec());
+        let (x, beside) = if tensors.arrays.contains_key(BESIDE) {
+            let (shape, beside) = tensors.f64(BESIDE)?;
+            let [k, width] = shape[..] else { return None };
+            if k != *n || width == 0 {
+                return None;
+            }
+            (interleaved(&x, &beside, *n), width)
+        } else {
+            (x, 0)
+        };
+        let form = Form { input, beside, target, classes, names };
         (n == m).then_some(Self { form, x, y })
     }
 }
@@ -174,10 +219,13 @@ mod tests {
         let mut named = images.clone();
         named.form.names =
             Names { inputs: vec!["a".into(), "b,\n".into()], classes: vec!["é\"".into()] };
-        for data in [&pairs, &images, &named, &Dataset::default()] {
+        let mut driven = images.clone();
+        driven.form = Form { input: vec![1, 1, 1], beside: 1, ..images.form.clone() };
+        for data in [&pairs, &images, &named, &driven, &Dataset::default()] {
             assert_eq!(Dataset::decode(&data.encode()).as_ref(), Some(data));
         }
-        for data in [&pairs, &images] {
+        assert_eq!(driven.pick(&[1]).x, [2.0, 3.0]);
+        for data in [&pairs, &images, &driven] {
             assert_eq!(Form::of(&data.form.shapes()).as_ref(), Some(&data.form));
         }
         assert_eq!(pairs.pick(&[1, 1]).y, [3.0, 3.0]);

@@ -16,10 +16,26 @@ pub fn pairs(what: &str, form: &Form) -> Result<(), Misfit> {
     Err(Misfit::new(message, "use `map_estimate` with a network for such data"))
 }
 
+/// Whether an input is of one shape, with nothing beside it, which is all that one network takes.
+///
+/// # Errors
+/// If not; the misfit says why.
+pub fn of_one_shape(form: &Form) -> Result<(), Misfit> {
+    if form.beside == 0 {
+        return Ok(());
+    }
+    let message = format!("one network takes inputs of one shape, not {}", told(form));
+    Err(Misfit::new(message, "use a learner that sees both, such as `imitative`"))
+}
+
 /// `images of 1 × 8 × 8 with 10 classes`.
 #[must_use]
 pub fn told(form: &Form) -> String {
-    let input = sizes_told(&form.input);
+    let beside = match form.beside {
+        0 => String::new(),
+        n => format!(" and {n} numbers beside"),
+    };
+    let input = sizes_told(&form.input) + &beside;
     match form.classes {
         Some(n) if form.target.is_empty() => format!("{input} with {n} classes"),
         Some(n) => {
@@ -35,7 +51,7 @@ pub fn told(form: &Form) -> String {
 /// # Errors
 /// If not; the misfit says why.
 pub fn same(model: &Form, data: &Form) -> Result<(), Misfit> {
-    let shapes = |form: &Form| (form.input.clone(), form.target.clone(), form.classes);
+    let shapes = |form: &Form| (form.input.clone(), form.beside, form.target.clone(), form.classes);
     if shapes(model) != shapes(data) {
         let message = format!("the model is of {}, and the data are {}", told(model), told(data));
         return Err(Misfit::new(message, "measure it on data as it was trained on"));

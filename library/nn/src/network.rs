@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_data::Form;
 use ivx_data::Misfit;
+use ivx_data::form::of_one_shape;
 use rand_chacha::ChaCha8Rng;
 
 use super::live::Live;
@@ -29,6 +30,7 @@ pub fn init(
     form: &Form,
     rng: &mut ChaCha8Rng,
 ) -> Result<NetModel, Misfit> {
+    of_one_shape(form)?;
     let module = headed(net, &form.input, &loss.outputs(form)?)?;
     let nets = Networks::drawn([(String::new(), module)].into(), rng);
     Ok(NetModel { nets, form: form.clone(), head: loss.head(), prior_scale: 0.0 })
@@ -110,6 +112,7 @@ pub fn check(net: &NetModel) -> Result<(), String> {
     if classes.is_some_and(|n| n < 2) {
         return Err("it tells fewer than two classes apart".to_owned());
     }
+    of_one_shape(&net.form).map_err(|misfit| misfit.message)?;
     let outputs = net.module().output(input).map_err(|misfit| misfit.message)?;
     let wanted = match (net.head, net.form.classes) {
         (Head::Mean, None) => net.form.target_len(),

@@ -53,7 +53,7 @@ impl Input for AsFile {
                     csv_of(&data)
                 } else {
                     let of = |item: &[usize]| [&[data.len()], item].concat();
-                    let (x, y) = (of(&data.form.input), of(&data.form.target));
+                    let (x, y) = (of(&columns_of(&data)), of(&data.form.target));
                     npz::write(&[("x", &x, &data.x), ("y", &y, &data.y)])
                 }
             }
@@ -74,6 +74,14 @@ impl Input for AsFile {
     }
 }
 
+/// The shape of an input as it is written: with numbers beside it, it is a vector of all.
+fn columns_of(data: &Dataset) -> Vec<usize> {
+    match data.form.beside {
+        0 => data.form.input.clone(),
+        _ => vec![data.form.input_len()],
+    }
+}
+
 /// A column for each number of an input and target: `x`, or of vectors `x0`, `x1` and so on.
 fn csv_of(data: &Dataset) -> Vec<u8> {
     let columns = |name: &str, item: &[usize], all: &[f64]| -> Vec<(String, Vec<f64>)> {
@@ -84,7 +92,7 @@ fn csv_of(data: &Dataset) -> Vec<u8> {
         let column = |i: usize| all.iter().skip(i).step_by(width).copied().collect();
         (0..width).map(|i| (format!("{name}{i}"), column(i))).collect()
     };
-    let mut all = columns("x", &data.form.input, &data.x);
+    let mut all = columns("x", &columns_of(data), &data.x);
     all.extend(columns("y", &data.form.target, &data.y));
     let all: Vec<(&str, &[f64])> = all.iter().map(|(name, all)| (&**name, &**all)).collect();
     text::write(&all)

@@ -1,6 +1,7 @@
 //! Maximum a posteriori estimates of a network's parameters.
 
 use ivx_data::Misfit;
+use ivx_data::form::of_one_shape;
 use ivx_data::{Dataset, Form};
 use ivx_nn::{Loss, Net, Optimiser, Training, Turns};
 use ivx_nn::{Model, NetModel, PRIOR};
@@ -64,6 +65,7 @@ impl Learner for MapEstimate {
     }
 
     fn fits(&self, form: &Form) -> Result<(), Misfit> {
+        of_one_shape(form)?;
         ivx_nn::headed(&*self.net, &form.input, &self.loss.outputs(form)?).map(drop)
     }
 

@@ -80,7 +80,7 @@ pub fn dataset(
         Vec::new()
     };
     let names = Names { inputs, classes: labels };
-    Ok(Dataset { form: Form { input, target, classes, names }, x, y })
+    Ok(Dataset { form: Form { input, beside: 0, target, classes, names }, x, y })
 }
 
 /// Says what makes numbers of texts, where that is what is wrong.
