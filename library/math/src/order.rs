@@ -13,15 +13,25 @@ pub fn sorted(xs: &[f64]) -> Vec<f64> {
 /// The smallest number, NaN if any is; infinity of nothing.
 #[must_use]
 pub fn min(xs: &[f64]) -> f64 {
-    let lower = |low: f64, &x: &f64| if x < low || x.is_nan() { x } else { low };
-    xs.iter().fold(f64::INFINITY, lower)
+    xs.iter().copied().fold(f64::INFINITY, lower)
+}
+
+/// The smaller of two numbers, NaN if one is.
+#[must_use]
+pub fn lower(low: f64, x: f64) -> f64 {
+    if x < low || x.is_nan() { x } else { low }
+}
+
+/// The larger of two numbers, NaN if one is.
+#[must_use]
+pub fn higher(high: f64, x: f64) -> f64 {
+    if x > high || x.is_nan() { x } else { high }
 }
 
 /// The largest number, NaN if any is; minus infinity of nothing.
 #[must_use]
 pub fn max(xs: &[f64]) -> f64 {
-    let higher = |high: f64, &x: &f64| if x > high || x.is_nan() { x } else { high };
-    xs.iter().fold(f64::NEG_INFINITY, higher)
+    xs.iter().copied().fold(f64::NEG_INFINITY, higher)
 }
 
 /// The place of the first of the largest numbers; `None` of nothing.

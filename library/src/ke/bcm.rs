@@ -1,6 +1,6 @@
 //! The best model.
 
-use ivx_math::order::max;
+use ivx_math::order::higher;
 use ivx_math::tail::support;
 use ivx_op::declare;
 
@@ -13,16 +13,14 @@ declare! {
 
 impl KnowledgeEquivalent for Bcm {
     fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64 {
-        let possible: Vec<f64> = support(weights).map(|i| scores[i]).collect();
-        max(&possible)
+        support(weights).map(|i| scores[i]).fold(f64::NEG_INFINITY, higher)
     }
 
-    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
-        let mut gradient = vec![0.0; scores.len()];
+    fn slope(&self, scores: &[f64], weights: &[f64], slope: &mut [f64]) {
+        slope.fill(0.0);
         let best = support(weights).reduce(|a, b| if scores[b] > scores[a] { b } else { a });
         if let Some(i) = best {
-            gradient[i] = 1.0;
+            slope[i] = 1.0;
         }
-        gradient
     }
 }

@@ -19,7 +19,7 @@ impl KnowledgeEquivalent for Cvar {
         weighted_mean(scores, &lower_tail(scores, weights, self.alpha))
     }
 
-    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
-        lower_tail(scores, weights, self.alpha)
+    fn slope(&self, scores: &[f64], weights: &[f64], slope: &mut [f64]) {
+        slope.copy_from_slice(&lower_tail(scores, weights, self.alpha));
     }
 }

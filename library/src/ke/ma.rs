@@ -15,8 +15,7 @@ impl KnowledgeEquivalent for Ma {
         weighted_mean(scores, weights)
     }
 
-    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
-        assert_eq!(scores.len(), weights.len(), "one weight a model");
-        weights.to_vec()
+    fn slope(&self, _: &[f64], weights: &[f64], slope: &mut [f64]) {
+        slope.copy_from_slice(weights);
     }
 }

@@ -18,11 +18,13 @@ impl KnowledgeEquivalent for MeanStd {
         weighted_mean(scores, weights) + self.beta * weighted_variance(scores, weights).sqrt()
     }
 
-    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
+    fn slope(&self, scores: &[f64], weights: &[f64], slope: &mut [f64]) {
         let centre = weighted_mean(scores, weights);
         let std = weighted_variance(scores, weights).sqrt();
         // Where the models agree the deviation has a kink, and 0 is among its subgradients.
-        let slope = if std > 0.0 { self.beta / std } else { 0.0 };
-        scores.iter().zip(weights).map(|(s, w)| w * (1.0 + slope * (s - centre))).collect()
+        let rise = if std > 0.0 { self.beta / std } else { 0.0 };
+        for (slope, (s, w)) in slope.iter_mut().zip(scores.iter().zip(weights)) {
+            *slope = w * (1.0 + rise * (s - centre));
+        }
     }
 }

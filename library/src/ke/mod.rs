@@ -27,9 +27,16 @@ pub trait KnowledgeEquivalent: Debug + Send + Sync {
     /// The sure score that is worth as much as `scores`, one a model.
     fn reduce(&self, scores: &[f64], weights: &[f64]) -> f64;
 
-    /// The derivative of [`reduce`](Self::reduce) by each score; where there is none, a
+    /// Writes the derivative of [`reduce`](Self::reduce) by each score; where there is none, a
     /// subgradient: among equal models, the first is charged.
-    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64>;
+    fn slope(&self, scores: &[f64], weights: &[f64], slope: &mut [f64]);
+
+    /// The same as numbers of their own.
+    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
+        let mut slope = vec![0.0; scores.len()];
+        self.slope(scores, weights, &mut slope);
+        slope
+    }
 }
 
 family!(dyn KnowledgeEquivalent, "Ke", table);

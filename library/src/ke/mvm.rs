@@ -18,9 +18,10 @@ impl KnowledgeEquivalent for Mvm {
         weighted_mean(scores, weights) + self.xi * weighted_variance(scores, weights)
     }
 
-    fn gradient(&self, scores: &[f64], weights: &[f64]) -> Vec<f64> {
+    fn slope(&self, scores: &[f64], weights: &[f64], slope: &mut [f64]) {
         let centre = weighted_mean(scores, weights);
-        let slope = |(s, w): (&f64, &f64)| w * (1.0 + 2.0 * self.xi * (s - centre));
-        scores.iter().zip(weights).map(slope).collect()
+        for (slope, (s, w)) in slope.iter_mut().zip(scores.iter().zip(weights)) {
+            *slope = w * (1.0 + 2.0 * self.xi * (s - centre));
+        }
     }
 }
