@@ -12,6 +12,7 @@ mod descend;
 mod fit;
 mod function;
 mod graph;
+mod imitative;
 mod live;
 mod loss;
 mod matmul;
@@ -38,6 +39,9 @@ pub use descend::{Descent, Rule, Turns, descend};
 pub use fit::{Training, fit};
 pub use function::{Fitted, Forest, Function, Mixture, Neighbours, Scaled};
 pub use graph::{Graph, Shape, Var};
+pub use imitative::{
+    Imitative, Imitators, PlanNets, PlanTraining, PlanWeights, Scorer, fit_plans, plan_log_density,
+};
 pub use live::Live;
 pub use loss::{Loss, Squared};
 pub use model::{Head, Model, NetModel, PRIOR};

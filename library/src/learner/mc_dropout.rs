@@ -1,6 +1,6 @@
 //! Dropout as a posterior sampler.
 
-use ivx_nn::{ArrayOf, Fitted, Model};
+use ivx_nn::{ArrayOf, Fitted, Model, NetModel, Networks, PRIOR, joined};
 use ivx_op::{Ctx, Facts, MemberCount, One, Op, OpError, Shapes, declare};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -34,35 +34,46 @@ impl Op for McDropout {
 
 /// A member drawn from a network, or from that inside of what looks at one; none without dropout.
 fn drawn(model: &Model, rng: &mut ChaCha8Rng) -> Option<Model> {
-    let net = match model {
-        Model::Net(net) => net,
+    match model {
+        Model::Net(net) => {
+            let nets = masked(&net.nets, rng)?;
+            Some(Model::Net(NetModel { nets, ..net.clone() }))
+        }
         Model::Fitted(Fitted { form, function }) => {
-            let function = function.around(&mut |model| drawn(model, rng))?;
-            return Some(Model::Fitted(Fitted { form: form.clone(), function }));
+            let function = function
+                .around(&mut |model| drawn(model, rng))
+                .or_else(|| function.rewired(&mut |nets| masked(nets, rng)))?;
+            Some(Model::Fitted(Fitted { form: form.clone(), function }))
         }
-        Model::Polynomial(_) => return None,
-    };
-    let rates = net.module().dropout_rates();
-    if rates.is_empty() {
-        return None;
+        Model::Polynomial(_) => None,
     }
-    let mut net = net.clone();
-    net.nets.modules.values_mut().for_each(|module| *module = module.masked());
-    let masks = net.module().arrays().into_iter().filter(ArrayOf::is_mask);
-    for (mask, rate) in masks.zip(rates) {
-        let n = mask.shape.iter().product();
-        #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
-        let kept = (1.0 / (1.0 - rate)) as f32;
-        let draw = || if rng.random::<f64>() < rate { 0.0 } else { kept };
-        let values: Vec<f32> = std::iter::repeat_with(draw).take(n).collect();
-        if net.prior_scale != 0.0 {
-            // A prior network is a fixed function, of which nothing is left out.
-            let name = ivx_nn::joined(ivx_nn::PRIOR, &mask.name);
-            net.nets.put((name, mask.shape.clone(), vec![1.0; n]));
+}
+
+/// Networks of which numbers are left out, the same for every input; none without dropout.
+///
+/// A prior network is a fixed function, of which nothing is left out.
+fn masked(nets: &Networks, rng: &mut ChaCha8Rng) -> Option<Networks> {
+    let mut masked = nets.clone();
+    masked.modules.values_mut().for_each(|module| *module = module.masked());
+    let mut any = false;
+    for (name, module) in &nets.modules {
+        let rates = module.dropout_rates();
+        any |= !rates.is_empty() && name != PRIOR;
+        let masks = masked.modules[name].arrays().into_iter().filter(ArrayOf::is_mask);
+        for (mask, rate) in masks.zip(rates).collect::<Vec<_>>() {
+            let n = mask.shape.iter().product();
+            #[expect(clippy::cast_possible_truncation, reason = "networks are of single precision")]
+            let kept = (1.0 / (1.0 - rate)) as f32;
+            let mut draw = || if rng.random::<f64>() < rate { 0.0 } else { kept };
+            let values: Vec<f32> = if name == PRIOR {
+                vec![1.0; n]
+            } else {
+                std::iter::repeat_with(&mut draw).take(n).collect()
+            };
+            masked.put((joined(name, &mask.name), mask.shape, values));
         }
-        net.nets.put((mask.name, mask.shape, values));
     }
-    Some(Model::Net(net))
+    any.then_some(masked)
 }
 
 fn no_dropout() -> OpError {

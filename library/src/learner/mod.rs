@@ -3,6 +3,7 @@
 mod boosted_trees;
 mod ensemble;
 mod features;
+mod imitative;
 mod infer;
 mod knn;
 mod linear;
@@ -31,6 +32,7 @@ use ivx_op::{Ctx, OpError, Parts, Registry, family};
 pub use boosted_trees::BoostedTrees;
 pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
+pub use imitative::Imitative;
 pub use infer::{
     Infer, Inference, LinearBayes, LogEvidence, PosteriorDensity, PosteriorStd, PredictiveMean,
     PredictiveStd,
@@ -114,6 +116,7 @@ fn learners() -> &'static Parts<dyn Learner> {
             .with(|learner: MapEstimate| Box::new(learner))
             .with(|learner: Ensemble| Box::new(learner))
             .with(|learner: Scaled| Box::new(learner))
+            .with(|learner: Imitative| Box::new(learner))
             .with(|learner: Ridge| Box::new(learner))
             .with(|learner: Logistic| Box::new(learner))
             .with(|learner: Knn| Box::new(learner))

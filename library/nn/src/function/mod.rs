@@ -8,13 +8,14 @@ mod neighbours;
 mod scaled;
 mod trees;
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use ivx_data::Form;
 use ivx_op::Tensors;
 
-use crate::Model;
+use crate::{Model, Networks, imitative};
 
 pub use forest::Forest;
 pub use mixture::Mixture;
@@ -22,7 +23,7 @@ pub use neighbours::Neighbours;
 pub use scaled::Scaled;
 
 /// A learned function of observations of a form.
-pub trait Function: Debug + Send + Sync {
+pub trait Function: Any + Debug + Send + Sync {
     /// What it is called in files.
     fn kind(&self) -> &'static str;
 
@@ -34,6 +35,14 @@ pub trait Function: Debug + Send + Sync {
 
     /// The standard deviation of every target, if it says one.
     fn stds(&self, _form: &Form, _xs: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// The same of other networks, where it is one of such; none if it is not, or `change` makes none.
+    fn rewired(
+        &self,
+        _change: &mut dyn FnMut(&Networks) -> Option<Networks>,
+    ) -> Option<Arc<dyn Function>> {
         None
     }
 
@@ -75,6 +84,7 @@ const KINDS: &[(&str, Read)] = &[
     (boosted::KIND, boosted::read),
     (mixture::KIND, mixture::read),
     (scaled::KIND, scaled::read),
+    (imitative::KIND, imitative::read),
 ];
 
 /// The function of a kind and its numbers; none if they are of no such.

@@ -3,6 +3,7 @@
 mod conv;
 mod elementwise;
 mod embedding;
+pub(crate) mod gate;
 mod imitation;
 mod input_gradient;
 mod linear;

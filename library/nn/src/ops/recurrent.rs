@@ -1,11 +1,12 @@
 //! Cells of recurrent networks.
 
+use super::gate::{by_candidate, by_reset, by_state, by_update, candidates, mix, sigmoids};
 use super::linear::sum_rows;
 use crate::curve::Curve;
 use crate::graph::{Graph, Shape, Var};
 use crate::matmul::{Matrix, multiply};
 use crate::params::ParamId;
-use crate::real::{Real, sigmoid, wide};
+use crate::real::{Real, wide};
 
 /// The parameters of a cell of `H` units with `I` inputs and `G` gates.
 #[derive(Clone, Copy, Debug)]
@@ -235,84 +236,5 @@ impl<F: Real> Graph<F> {
                 }
             },
         )
-    }
-}
-
-// The loops of a gated recurrent unit, one gate each: as functions of slices that do not overlap
-// they run in vector registers.
-
-#[inline(always)]
-fn sigmoids<F: Real>(a: &[F], b: &[F], out: &mut [F]) {
-    for (out, (&a, &b)) in out.iter_mut().zip(a.iter().zip(b)) {
-        *out = sigmoid(a + b);
-    }
-}
-
-#[inline(always)]
-fn candidates<F: Real>(a: &[F], b: &[F], r: &[F], out: &mut [F]) {
-    for (out, ((&a, &b), &r)) in out.iter_mut().zip(a.iter().zip(b).zip(r)) {
-        *out = (a + r * b).hyperbolic_tangent();
-    }
-}
-
-#[inline(always)]
-fn mix<F: Real>(z: &[F], new: &[F], h: &[F], out: &mut [F]) {
-    for (out, ((&z, &new), &h)) in out.iter_mut().zip(z.iter().zip(new).zip(h)) {
-        *out = (F::one() - z) * new + z * h;
-    }
-}
-
-#[inline(always)]
-fn put<F: Real>(new: F, add: bool, out: &mut F) {
-    *out = if add { *out + new } else { new };
-}
-
-/// The gradient before the candidate's tanh.
-#[inline(always)]
-fn at_candidate<F: Real>(grad: F, z: F, new: F) -> F {
-    grad * (F::one() - z) * (F::one() - new * new)
-}
-
-#[inline(always)]
-fn by_reset<F: Real>(
-    (grad, z, new): (&[F], &[F], &[F]),
-    of_h: &[F],
-    r: &[F],
-    add: bool,
-    out: &mut [F],
-) {
-    let inputs = grad.iter().zip(z).zip(new).zip(of_h.iter().zip(r));
-    for (out, (((&grad, &z), &new), (&of_h, &r))) in out.iter_mut().zip(inputs) {
-        put(at_candidate(grad, z, new) * of_h * r * (F::one() - r), add, out);
-    }
-}
-
-#[inline(always)]
-fn by_update<F: Real>(grad: &[F], (z, new): (&[F], &[F]), h: &[F], add: bool, out: &mut [F]) {
-    let inputs = grad.iter().zip(z).zip(new.iter().zip(h));
-    for (out, ((&grad, &z), (&new, &h))) in out.iter_mut().zip(inputs) {
-        put(grad * (h - new) * z * (F::one() - z), add, out);
-    }
-}
-
-#[inline(always)]
-fn by_candidate<F: Real>(
-    (grad, z, new): (&[F], &[F], &[F]),
-    r: &[F],
-    by_state: bool,
-    add: bool,
-    out: &mut [F],
-) {
-    let inputs = grad.iter().zip(z).zip(new.iter().zip(r));
-    for (out, ((&grad, &z), (&new, &r))) in out.iter_mut().zip(inputs) {
-        let slope = at_candidate(grad, z, new);
-        put(if by_state { slope * r } else { slope }, add, out);
-    }
-}
-
-#[inline(always)]
-fn by_state<F: Real>(grad: &[F], z: &[F], add: bool, out: &mut [F]) {
-    for (out, (&grad, &z)) in out.iter_mut().zip(grad.iter().zip(z)) {
-        put(grad * z, add, out);
     }
 }
