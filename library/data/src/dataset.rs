@@ -192,8 +192,8 @@ impl Artifact for Dataset {
         let (input, target) = (input.to_vec(), target.to_vec());
         let (x, beside) = if tensors.arrays.contains_key(BESIDE) {
             let (shape, beside) = tensors.f64(BESIDE)?;
-            let [k, width] = shape[..] else { return None };
-            if k != *n || width == 0 {
+            let [rows, width] = shape[..] else { return None };
+            if rows != *n || width == 0 {
                 return None;
             }
             (interleaved(&x, &beside, *n), width)

@@ -213,20 +213,17 @@ impl<F: Real> Scorer<F> {
         let passes = &mut self.passes[k * (self.steps - 1)..][..self.steps - 1];
         let (done, step) = passes.split_at_mut(t - 1);
         let step = &mut step[0];
-        match done.last() {
-            Some(last) => {
-                step.before.copy_from_slice(&last.after);
-                member.remember(&step.before, &mut step.of_state);
-            }
-            None => {
-                let (units, width) = (member.units(), seen.of_state.len() / self.rows);
-                let items = step.before.chunks_exact_mut(units);
-                let items = items.zip(step.of_state.chunks_exact_mut(width));
-                for (item, (before, of_state)) in items.enumerate() {
-                    let row = (first + item) / n;
-                    before.copy_from_slice(&seen.first.after[row * units..][..units]);
-                    of_state.copy_from_slice(&seen.of_state[row * width..][..width]);
-                }
+        if let Some(last) = done.last() {
+            step.before.copy_from_slice(&last.after);
+            member.remember(&step.before, &mut step.of_state);
+        } else {
+            let (units, width) = (member.units(), seen.of_state.len() / self.rows);
+            let items = step.before.chunks_exact_mut(units);
+            let items = items.zip(step.of_state.chunks_exact_mut(width));
+            for (item, (before, of_state)) in items.enumerate() {
+                let row = (first + item) / n;
+                before.copy_from_slice(&seen.first.after[row * units..][..units]);
+                of_state.copy_from_slice(&seen.of_state[row * width..][..width]);
             }
         }
         member.forward(&self.places, step);
