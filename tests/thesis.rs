@@ -100,7 +100,7 @@ const LIST: &str = "(
         ]),
         (id: \"H1\", title: \"fewer are worse\", places: [
             (file: \"e.ivx\", experiment: \"e\", claims: [\"fewer are worse\"]),
-        ]),
+        ], explained: \"more data, smaller errors\"),
         (id: \"Figure 2\", title: \"later\", why_not: \"it takes a week\"),
     ])],
 )";
@@ -134,6 +134,7 @@ fn a_list_becomes_a_page() {
         "  - `quick`: **fails**, difference ",
         "- fewer are worse: `quick` **holds**, `desk` **not run**, as under [Figure 1](#figure-1-errors)",
         "Table `1` at `quick`:\n\n| n ",
+        "**Why so**: more data, smaller errors.",
         "### Figure 2: later\n\n**Not there yet**: it takes a week.",
     ] {
         assert!(page.contains(expected), "{expected}\nis not in\n{page}");

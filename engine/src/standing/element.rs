@@ -56,6 +56,9 @@ pub(super) fn paragraphs<'a>(
     if !element.deviation.is_empty() {
         page.push(format!("Differs: {}", sentence(&element.deviation)));
     }
+    if !element.explained.is_empty() {
+        page.push(format!("**Why so**: {}", sentence(&element.explained)));
+    }
     if !element.why_not.is_empty() {
         let what = if element.is_somewhere() { "There in part" } else { "Not there yet" };
         page.push(format!("**{what}**: {}", sentence(&element.why_not)));

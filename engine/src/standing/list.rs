@@ -56,6 +56,9 @@ pub struct Element {
     /// How it differs from the source, beside what its experiments say themselves.
     #[serde(default)]
     pub deviation: String,
+    /// Why its claims came out as they did, as far as that was found out.
+    #[serde(default)]
+    pub explained: String,
     /// What of it is not there yet, and why.
     #[serde(default)]
     pub why_not: String,
