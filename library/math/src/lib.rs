@@ -25,5 +25,6 @@ pub mod standard;
 pub mod successor;
 pub mod tabular;
 pub mod tail;
+pub mod trajectory;
 pub mod tree;
 pub mod two_hot;
