@@ -42,4 +42,19 @@ mod tests {
         let (low, high) = wilson(0, 10, 0.95);
         assert!(low.abs() < 1e-12 && (high - 3.841_459 / 13.841_459).abs() < 1e-6);
     }
+
+    #[test]
+    fn a_share_by_hand() {
+        // Both ends are where (p − 8/10)² = z² p (1 − p) / 10: at z² = 1, 11 p² − 17 p + 6.4 = 0. Of the normal
+        // distribution 0.682 689 492 lie within one.
+        let (low, high) = wilson(8, 10, 0.682_689_492_137_086);
+        let root = (17.0_f64.powi(2) - 4.0 * 11.0 * 6.4).sqrt();
+        assert!((low - (17.0 - root) / 22.0).abs() < 1e-9, "{low}");
+        assert!((high - (17.0 + root) / 22.0).abs() < 1e-9, "{high}");
+        // The interval about the share itself, 0.8 ± √(0.16 / 10), is another.
+        assert!((low - (0.8 - 0.016_f64.sqrt())).abs() > 0.01);
+        // Failures are the successes of the others.
+        let (few, many) = wilson(2, 10, 0.682_689_492_137_086);
+        assert!((few - (1.0 - high)).abs() < 1e-12 && (many - (1.0 - low)).abs() < 1e-12);
+    }
 }
