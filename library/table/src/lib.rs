@@ -21,6 +21,7 @@ mod standardised;
 mod table;
 mod take;
 pub mod text;
+pub mod tracks;
 
 use ivx_op::Registry;
 
