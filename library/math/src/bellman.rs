@@ -265,6 +265,66 @@ pub(crate) mod tests {
         }
     }
 
+    /// `v̄` of a lookahead of `k` steps from `v̂` (Eqn. 2.65).
+    fn ahead(random: &Random, discount: f64, k: usize) -> Vec<f64> {
+        let step = |v: Vec<f64>, _| evaluation(&random.model(), &random.policy, discount, &v);
+        (0..k).fold(random.values.clone(), step)
+    }
+
+    #[test]
+    fn planning_in_the_true_model_improves_estimates_of_values() {
+        // Desideratum (a) of Eqn. 2.56 in the largest norm, where each step takes a share of the discount.
+        let mut wrong = [0; 2];
+        for i in 0..100 {
+            let mut random = Random::of(i);
+            let truth = random.solved(0.9);
+            let before = apart(&random.values, &truth);
+            for k in 1..6 {
+                let after = apart(&ahead(&random, 0.9, k), &truth);
+                assert!(
+                    after <= 0.9_f64.powi(k.try_into().unwrap()) * before + 1e-12,
+                    "{i} by {k}"
+                );
+            }
+            // From estimates that are nearly right, forgetting the discount or planning in another model leads away.
+            random.values = truth.iter().map(|v| v + 1e-3).collect();
+            let led_away = |by: &Random, discount| apart(&ahead(by, discount, 1), &truth) > 1e-3;
+            let other = Random { values: random.values.clone(), ..Random::of(i + 1000) };
+            wrong[0] += usize::from(led_away(&random, 1.0));
+            wrong[1] += usize::from(led_away(&other, 0.9));
+        }
+        assert!(wrong[0] > 90 && wrong[1] == 100, "{wrong:?}");
+    }
+
+    #[test]
+    fn planning_in_the_true_model_improves_policies() {
+        // Desideratum (b) of Eqn. 2.56: the greedy policy on exact lookahead from what the baseline is worth is nowhere worse.
+        let mut wrong = [0; 2];
+        for i in 0..100 {
+            let random = Random::of(i);
+            let before = random.solved(0.9);
+            // How much is gained, or lost, where that is least, by who looks ahead in some model and takes `choose`.
+            let least = |model: &Random, k: usize, choose: &dyn Fn(&[f64]) -> usize| {
+                let step = |v: Vec<f64>, _| optimality(&model.model(), 0.9, &v);
+                let values = (1..k).fold(before.clone(), step);
+                let mut policy = vec![0.0; 15];
+                for (s, q) in backup(&model.model(), 0.9, &values).chunks(3).enumerate() {
+                    policy[s * 3 + choose(q)] = 1.0;
+                }
+                let after = Random { policy, ..Random::of(i) }.solved(0.9);
+                let gains = after.iter().zip(&before).map(|(after, before)| after - before);
+                gains.fold(f64::INFINITY, f64::min)
+            };
+            for k in 1..6 {
+                assert!(least(&random, k, &greedy) >= -1e-12, "{i} by {k}");
+            }
+            let worst = |q: &[f64]| greedy(&q.iter().map(|q| -q).collect::<Vec<_>>());
+            wrong[0] += usize::from(least(&random, 2, &worst) < 0.0);
+            wrong[1] += usize::from(least(&Random::of(i + 1000), 2, &greedy) < 0.0);
+        }
+        assert!(wrong[0] == 100 && wrong[1] > 50, "{wrong:?}");
+    }
+
     #[test]
     fn values_that_do_not_settle_are_none() {
         assert_eq!(fixed_point(|v| vec![v[0] + 1.0], 1, 1e-13, 100), None);
