@@ -7,6 +7,7 @@ use ivx_op::OpError;
 use serde::{Deserialize, Serialize};
 
 use crate::finite::Finite;
+use crate::foresight::Foresight;
 use crate::luck::Luck;
 use crate::worlds::Worlds;
 
@@ -153,6 +154,17 @@ pub trait Env: Debug + Send + Sync {
     /// Itself, where it is a table of states.
     fn finite(&self) -> Option<&dyn Finite> {
         None
+    }
+
+    /// What follows in its worlds, where that is known from what is seen alone.
+    ///
+    /// # Errors
+    /// Why it is not.
+    fn foresight(&self) -> Result<Box<dyn Foresight>, Misfit> {
+        let message = "what follows in this world is not known from what is seen of it";
+        let help =
+            "use a world of classic control or one that is finite, or a model that was `learned`";
+        Err(Misfit::new(message.to_owned(), help))
     }
 
     /// Whether its worlds give pictures of themselves.

@@ -8,6 +8,7 @@ mod copy;
 mod env;
 mod examples;
 mod finite;
+mod foresight;
 mod fruit_grid;
 mod glyphs;
 mod grid;
@@ -49,6 +50,7 @@ pub use finite::{
     Chain, ComputedMdp, Finite, GoalWorld, GridMap, Gridworld, Mdp, Numbers, Paid, Rewarded, Taken,
     Transitions, WrittenMdp, mdp, of_is_finite, policy, world_is_finite,
 };
+pub use foresight::Foresight;
 pub use fruit_grid::FruitGrid;
 pub use glyphs::Glyphs;
 pub use grid::Grid;

@@ -53,6 +53,11 @@ impl Control for Acrobot {
     fn seen([first, second, turn1, turn2]: [f64; 4]) -> [f32; 6] {
         [first.cos(), first.sin(), second.cos(), second.sin(), turn1, turn2].map(single)
     }
+
+    fn known(seen: &[f32]) -> [f64; 4] {
+        let x = |i: usize| f64::from(seen[i]);
+        [x(1).atan2(x(0)), x(3).atan2(x(2)), x(4), x(5)]
+    }
 }
 
 /// How the state changes a second.

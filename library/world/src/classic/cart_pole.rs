@@ -64,6 +64,10 @@ impl Control for CartPole {
     fn seen(state: [f64; 4]) -> [f32; 4] {
         state.map(single)
     }
+
+    fn known(seen: &[f32]) -> [f64; 4] {
+        [0, 1, 2, 3].map(|i| f64::from(seen[i]))
+    }
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ mod mountain_car_continuous;
 mod pendulum;
 
 use std::fmt::Debug;
+use std::marker::PhantomData;
 
-use ivx_data::{Field, Kind, Misfit};
+use ivx_data::{Columns, Field, Kind, Misfit, Values};
 use ivx_op::OpError;
 
 pub use acrobot::Acrobot;
@@ -18,6 +19,7 @@ pub use mountain_car_continuous::MountainCarContinuous;
 pub use pendulum::Pendulum;
 
 use crate::env::{Env, Row, Spec, World};
+use crate::foresight::Foresight;
 use crate::luck::Luck;
 use ivx_data::{Act, Actions, End};
 
@@ -26,7 +28,7 @@ use ivx_data::{Act, Actions, End};
 /// It is reckoned in double precision and seen in single.
 pub trait Control: Debug + Send + Sync + 'static {
     /// Its state, an array.
-    type State: Copy + Default + Send + AsRef<[f64]>;
+    type State: Copy + Default + Send + AsRef<[f64]> + AsMut<[f64]>;
 
     /// What is seen of a state, an array too.
     type Seen: AsRef<[f32]>;
@@ -45,6 +47,9 @@ pub trait Control: Debug + Send + Sync + 'static {
 
     /// What is seen of a state.
     fn seen(state: Self::State) -> Self::Seen;
+
+    /// The state of which that is seen, but for rounding and whole turns.
+    fn known(seen: &[f32]) -> Self::State;
 }
 
 macro_rules! envs {
@@ -56,6 +61,10 @@ macro_rules! envs {
 
             fn open(&self) -> Result<Box<dyn World>, OpError> {
                 Ok(Box::new(Moving::<Self> { state: Default::default() }))
+            }
+
+            fn foresight(&self) -> Result<Box<dyn Foresight>, Misfit> {
+                Ok(Box::new(Foreseen::<Self>(PhantomData)))
             }
         }
     )+};
@@ -92,6 +101,29 @@ impl<C: Control> World for Moving<C> {
     }
 }
 
+/// How a system will move. All of its state is seen, and nothing but its start is drawn.
+struct Foreseen<C: Control>(PhantomData<fn() -> C>);
+
+impl<C: Control> Foresight for Foreseen<C> {
+    fn width(&self) -> usize {
+        C::State::default().as_ref().len()
+    }
+
+    fn place(&self, seen: &Columns, row: usize, state: &mut [f64]) {
+        let Values::F32(numbers) = seen.values(0) else { panic!("a field of numbers") };
+        let width = seen.fields()[0].width();
+        state.copy_from_slice(C::known(&numbers[row * width..][..width]).as_ref());
+    }
+
+    fn step(&mut self, state: &mut [f64], act: Act<'_>) -> (f64, bool) {
+        let mut own = C::State::default();
+        own.as_mut().copy_from_slice(state);
+        let (next, reward, over) = C::step(own, act);
+        state.copy_from_slice(next.as_ref());
+        (reward, over)
+    }
+}
+
 fn show<C: Control>(state: C::State, row: &mut Row<'_>) {
     // So few that to copy them one by one is faster than a call that copies any number.
     for (shown, number) in row.numbers(0).iter_mut().zip(C::seen(state).as_ref()) {
@@ -107,8 +139,6 @@ fn single(number: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
-
-    use ivx_data::{Columns, Values};
 
     use super::*;
 
@@ -138,6 +168,42 @@ mod tests {
         check(&MountainCarContinuous {}, Act::Vector(&[0.5]));
         check(&Acrobot {}, Act::Index(2));
         check(&Pendulum {}, Act::Vector(&[-1.5]));
+    }
+
+    /// What is foreseen from what is seen at the start is what comes: rounding what is seen moves nothing by more than
+    /// `apart` in so many steps. A step more or less does.
+    fn foresees<C: Control + Env>(env: &C, act: Act<'_>, apart: f64) {
+        let (mut world, mut luck) = (env.open().unwrap(), Luck::numpy(3));
+        let mut seen = Columns::zeros(env.spec().unwrap().sees, 2);
+        world.reset(&mut luck, &mut Row::of(&mut seen, 1, &mut []));
+        let mut foresight = env.foresight().unwrap();
+        let mut state = vec![0.0; foresight.width()];
+        foresight.place(&seen, 1, &mut state);
+        for _ in 0..10 {
+            let (pays, end) = world.step(act, &mut luck, &mut Row::of(&mut seen, 1, &mut []));
+            let (foreseen, over) = foresight.step(&mut state, act);
+            assert!((pays - foreseen).abs() < apart, "{env:?}: {foreseen} is not {pays}");
+            assert_eq!(over, end == End::Terminal);
+        }
+        let mut now = C::State::default();
+        now.as_mut().copy_from_slice(&state);
+        let far = |state| -> f64 {
+            let Values::F32(numbers) = seen.values(0) else { panic!("numbers") };
+            let (numbers, foreseen) = (numbers[numbers.len() / 2..].iter(), C::seen(state));
+            let pairs = numbers.zip(foreseen.as_ref());
+            pairs.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max)
+        };
+        assert!(far(now) < apart, "{env:?} by {}", far(now));
+        assert!(far(C::step(now, act).0) > 10.0 * apart, "{env:?}");
+    }
+
+    #[test]
+    fn what_follows_is_foreseen_from_what_is_seen() {
+        foresees(&CartPole {}, Act::Index(1), 1e-5);
+        foresees(&MountainCar {}, Act::Index(2), 1e-5);
+        foresees(&MountainCarContinuous {}, Act::Vector(&[0.5]), 1e-5);
+        foresees(&Acrobot {}, Act::Index(2), 1e-5);
+        foresees(&Pendulum {}, Act::Vector(&[-1.5]), 1e-4);
     }
 
     #[test]

@@ -43,6 +43,10 @@ impl Control for MountainCarContinuous {
     fn seen(state: [f64; 2]) -> [f32; 2] {
         state.map(single)
     }
+
+    fn known(seen: &[f32]) -> [f64; 2] {
+        [0, 1].map(|i| f64::from(seen[i]))
+    }
 }
 
 #[cfg(test)]

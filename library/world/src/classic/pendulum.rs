@@ -58,6 +58,11 @@ impl Control for Pendulum {
     fn seen([angle, turn]: [f64; 2]) -> [f32; 3] {
         [angle.cos(), angle.sin(), turn].map(single)
     }
+
+    fn known(seen: &[f32]) -> [f64; 2] {
+        let x = |i: usize| f64::from(seen[i]);
+        [x(1).atan2(x(0)), x(2)]
+    }
 }
 
 #[cfg(test)]

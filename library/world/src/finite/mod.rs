@@ -2,6 +2,7 @@
 
 mod cells;
 mod chain;
+mod foreseen;
 mod given;
 mod goal_world;
 mod grid_map;
@@ -23,8 +24,10 @@ pub use mdp::{Mdp, Paid, Transitions, policy};
 pub use rewarded::{Rewarded, Taken};
 
 use crate::env::{Env, Row, Spec, World};
+use crate::foresight::Foresight;
 use crate::luck::Luck;
 use cells::Cells;
+use foreseen::Foreseen;
 use ivx_data::{Act, Actions, End};
 
 /// A finite Markov decision process, as a spec names it.
@@ -73,6 +76,11 @@ impl<T: Finite> Env for T {
 
     fn finite(&self) -> Option<&dyn Finite> {
         Some(self)
+    }
+
+    fn foresight(&self) -> Result<Box<dyn Foresight>, Misfit> {
+        let mdp = self.mdp().map_err(|error| Misfit::new(error.to_string(), "name another"))?;
+        Ok(Box::new(Foreseen::of(&mdp)))
     }
 
     fn is_drawn(&self) -> bool {
