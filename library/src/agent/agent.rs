@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use ivx_data::{Columns, Field, shown_by};
 use ivx_math::moments::mean;
 use ivx_nn::{Live, Module, Networks, Shape, Var};
-use ivx_op::{Artifact, Shapes, Tensors};
+use ivx_op::{Artifact, OpError, Shapes, Tensors};
 use ivx_world::{Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -67,8 +67,15 @@ impl Choice {
 
 /// Somebody who acts.
 pub trait Acting {
+    /// Is told that episodes begin in all lanes: what was done before has nothing to do with what comes.
+    fn begin(&mut self) {}
+
     /// Chooses an action for each lane by what is seen there.
-    fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts);
+    ///
+    /// # Errors
+    /// If there is none to choose.
+    fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts)
+    -> Result<(), OpError>;
 }
 
 impl Agent {
@@ -104,7 +111,12 @@ struct Opened {
 }
 
 impl Acting for Opened {
-    fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
+    fn act(
+        &mut self,
+        seen: &Columns,
+        rng: &mut ChaCha8Rng,
+        acts: &mut Acts,
+    ) -> Result<(), OpError> {
         let Self { live, acts: choice, temperature, out } = self;
         live.graph.begin();
         let Some(net) = choice.net() else { unreachable!("it has one") };
@@ -119,6 +131,7 @@ impl Acting for Opened {
                 _ => best(row),
             };
         }
+        Ok(())
     }
 }
 

@@ -37,6 +37,7 @@ impl<'a> Drive<'a> {
         if let Some(steps) = self.limit {
             lanes.limit(steps);
         }
+        actor.begin();
         let mut over: Vec<usize> = Vec::new();
         for t in 0_u64.. {
             if lanes.awake().is_empty() {
@@ -48,7 +49,7 @@ impl<'a> Drive<'a> {
             rng.set_stream(t);
             rng.set_word_pos(0);
             let (seen, acts) = lanes.choose();
-            actor.act(seen, rng, acts);
+            actor.act(seen, rng, acts)?;
             lanes.step()?;
             for lane in lanes.awake() {
                 see(*lane, lanes.stepped());

@@ -51,7 +51,7 @@ impl Op for Imitation {
                 let each = places.iter().enumerate();
                 each.for_each(|(at, i)| seen.set(at, &shown.paths.seen, rows[*i]));
                 let mut found = Acts::of(&agent.spec.does, places.len());
-                actor.act(&seen, &mut ctx.rng("guess", &[]), &mut found);
+                actor.act(&seen, &mut ctx.rng("guess", &[]), &mut found)?;
                 let pairs = places.iter().zip(&found.places);
                 right += pairs.filter(|(i, found)| acts[**i] as usize == **found).count();
             }

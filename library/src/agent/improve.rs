@@ -3,6 +3,7 @@
 use ivx_data::Columns;
 use ivx_math::successor::select_action;
 use ivx_nn::{Live, Var};
+use ivx_op::OpError;
 use ivx_world::Acts;
 use rand_chacha::ChaCha8Rng;
 
@@ -102,7 +103,7 @@ impl<'a> Improving<'a> {
 }
 
 impl Acting for Improving<'_> {
-    fn act(&mut self, seen: &Columns, _: &mut ChaCha8Rng, acts: &mut Acts) {
+    fn act(&mut self, seen: &Columns, _: &mut ChaCha8Rng, acts: &mut Acts) -> Result<(), OpError> {
         let n = seen.len();
         // Of each row `[K, A]`.
         let mut reduced: Vec<Vec<f64>> = vec![Vec::new(); n];
@@ -121,6 +122,7 @@ impl Acting for Improving<'_> {
         for (place, values) in acts.places.iter_mut().zip(&reduced) {
             *place = best(values, (self.n_policies(), 1), &|said| said[0]);
         }
+        Ok(())
     }
 }
 

@@ -336,7 +336,8 @@ mod tests {
             seen.push(&others.paths.seen, row);
         }
         let mut says = Acts::of(&others.paths.does, seen.len());
-        agent.open().act(&seen, &mut Ctx::new("act", 0, None).rng("act", &[]), &mut says);
+        let mut rng = Ctx::new("act", 0, None).rng("act", &[]);
+        agent.open().act(&seen, &mut rng, &mut says).unwrap();
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
         let share = |right: usize| right as f64 / asked.len() as f64;
         let right = says.places.iter().zip(&asked).filter(|(a, b)| a == b).count();

@@ -73,7 +73,7 @@ fn walks_to_goal(how: &Part, lanes: usize) -> (f64, f64) {
     for t in 0..400 {
         let (seen, acts) = lanes.choose();
         rng.set_stream(t);
-        acting.act(seen, &mut rng, acts);
+        acting.act(seen, &mut rng, acts).expect("it acts");
         #[expect(clippy::cast_precision_loss, reason = "it is 0 or 1")]
         rights.extend(acts.places.iter().map(|act| *act as f64));
         lanes.step().expect("they go on");

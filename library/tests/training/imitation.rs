@@ -85,10 +85,11 @@ impl Actor for Expert {
 }
 
 impl Acting for Expert {
-    fn act(&mut self, seen: &Columns, _: &mut ChaCha8Rng, acts: &mut Acts) {
+    fn act(&mut self, seen: &Columns, _: &mut ChaCha8Rng, acts: &mut Acts) -> Result<(), OpError> {
         let Values::Index(cells) = seen.values(0) else { panic!("cells") };
         let rows = acts.places.iter_mut().zip(cells);
         rows.for_each(|(act, cell)| *act = if (*cell as usize) < SIDE { 2 } else { 0 });
+        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Acting with slips.
 
 use ivx_data::{Columns, Misfit};
-use ivx_op::declare;
+use ivx_op::{OpError, declare};
 use ivx_world::{Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -39,13 +39,23 @@ struct Slipping<'a> {
 }
 
 impl Acting for Slipping<'_> {
-    fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
-        self.of.act(seen, rng, acts);
+    fn begin(&mut self) {
+        self.of.begin();
+    }
+
+    fn act(
+        &mut self,
+        seen: &Columns,
+        rng: &mut ChaCha8Rng,
+        acts: &mut Acts,
+    ) -> Result<(), OpError> {
+        self.of.act(seen, rng, acts)?;
         for place in &mut acts.places {
             if rng.random::<f64>() < self.share {
                 *place = rng.random_range(0..self.n_actions);
             }
         }
+        Ok(())
     }
 }
 
@@ -70,8 +80,9 @@ mod tests {
     }
 
     impl Acting for First {
-        fn act(&mut self, _: &Columns, _: &mut ChaCha8Rng, acts: &mut Acts) {
+        fn act(&mut self, _: &Columns, _: &mut ChaCha8Rng, acts: &mut Acts) -> Result<(), OpError> {
             acts.places.fill(0);
+            Ok(())
         }
     }
 
@@ -84,7 +95,7 @@ mod tests {
             let mut acts = Acts::of(&spec.does, 10_000);
             let mut rng = ChaCha8Rng::seed_from_u64(2);
             let seen = Columns::zeros(sees.clone(), 10_000);
-            noisy.open(&spec).unwrap().act(&seen, &mut rng, &mut acts);
+            noisy.open(&spec).unwrap().act(&seen, &mut rng, &mut acts).unwrap();
             acts.places.iter().sum::<usize>()
         };
         assert_eq!(others(Box::new(First), 0.0), 0);

@@ -1,7 +1,7 @@
 //! Acting without knowing anything.
 
 use ivx_data::{Columns, Misfit};
-use ivx_op::declare;
+use ivx_op::{OpError, declare};
 use ivx_world::{Actions, Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -36,7 +36,7 @@ struct Drawn {
 }
 
 impl Acting for Drawn {
-    fn act(&mut self, _: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
+    fn act(&mut self, _: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) -> Result<(), OpError> {
         match &self.does {
             Actions::Discrete(names) => {
                 acts.places.iter_mut().for_each(|place| *place = rng.random_range(0..names.len()));
@@ -49,5 +49,6 @@ impl Acting for Drawn {
                 }
             }
         }
+        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Acting better the more it matters.
 
 use ivx_data::{Columns, Misfit};
-use ivx_op::{One, declare};
+use ivx_op::{One, OpError, declare};
 use ivx_world::{Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -44,7 +44,12 @@ struct Soft {
 
 impl Acting for Soft {
     #[expect(clippy::cast_possible_truncation, reason = "logits are drawn by in single precision")]
-    fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
+    fn act(
+        &mut self,
+        seen: &Columns,
+        rng: &mut ChaCha8Rng,
+        acts: &mut Acts,
+    ) -> Result<(), OpError> {
         let temperature = self.temperature;
         let values = self.values.ask(seen);
         let rows = values.chunks_exact(values.len() / seen.len());
@@ -52,5 +57,6 @@ impl Acting for Soft {
             let logits: Vec<f32> = row.iter().map(|q| (q / temperature) as f32).collect();
             *place = sampled(&logits, rng.random()).0;
         }
+        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use ivx_data::{Columns, Misfit, NOT_FINITE, Values, finite, pairs};
 use ivx_math::policy::pick;
-use ivx_op::{Array, One, declare};
+use ivx_op::{Array, One, OpError, declare};
 use ivx_world::{Actions, Acts, Spec};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -47,10 +47,16 @@ struct Drawn {
 }
 
 impl Acting for Drawn {
-    fn act(&mut self, seen: &Columns, rng: &mut ChaCha8Rng, acts: &mut Acts) {
+    fn act(
+        &mut self,
+        seen: &Columns,
+        rng: &mut ChaCha8Rng,
+        acts: &mut Acts,
+    ) -> Result<(), OpError> {
         let Values::Index(states) = seen.values(0) else { unreachable!("the world is finite") };
         for (act, state) in acts.places.iter_mut().zip(states) {
             *act = pick(&self.policy[*state as usize * self.width..][..self.width], rng.random());
         }
+        Ok(())
     }
 }

@@ -134,7 +134,7 @@ fn it_acts_as_softly_as_its_temperature_says() {
         assert_eq!(Agent::decode(&agent.encode()), Some(agent.clone()));
         let (mut learns, mut acts) = (Acts::of(&spec.does, n), Acts::of(&spec.does, n));
         learning.act(1, &state(0, n), &mut learns);
-        agent.open().act(&state(0, n), &mut CTX.rng("act", &[]), &mut acts);
+        agent.open().act(&state(0, n), &mut CTX.rng("act", &[]), &mut acts).unwrap();
         let share = |acts: &Acts| {
             ivx_math::moments::real(acts.places.iter().sum()) / ivx_math::moments::real(n)
         };
