@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use ivx_data::{Form, form};
 use ivx_math::policy::boltzmann;
 use ivx_math::polynomial::polynomial;
-use ivx_op::{Artifact, Data, OpError, Tensors};
+use ivx_op::{Artifact, Data, OpError, Shapes, Tensors};
 use serde::{Deserialize, Serialize};
 
 use crate::function::{Fitted, read};
@@ -203,6 +203,12 @@ impl Artifact for Model {
             }
             Facts::Fitted { kind, form } => read(&kind, form, tensors).map(Self::Fitted),
         }
+    }
+
+    /// A network without layers, which is of something and says nothing.
+    fn later(shapes: &Shapes) -> Option<Self> {
+        let (form, nets) = (Form::of(shapes)?, Networks::default());
+        Some(Self::Net(NetModel { nets, form, head: Head::Mean, prior_scale: 0.0 }))
     }
 }
 
