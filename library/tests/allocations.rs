@@ -10,9 +10,10 @@ use ivx_data::{Dataset, Form};
 use ivx_library::agent::tabular::{TabularModel, UniformPolicy};
 use ivx_library::agent::{Act, Agent, Learn, Method, Steps, Tabular};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
+use ivx_library::planner::{Objective, Planner, Space};
 use ivx_nn::{Mlp, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
-use ivx_world::{Copying, Env, Glyphs, Gridworld, Lanes, Task};
+use ivx_world::{Copying, Env, Glyphs, Gridworld, Lanes, Luck, Task};
 use nets::{TASKS, Training};
 use tracking_allocator::{
     AllocationGroupId, AllocationGroupToken, AllocationRegistry, AllocationTracker, Allocator,
@@ -264,7 +265,7 @@ fn who_acts_asks_for_no_buffer() {
             let mut rng = ctx.rng("act", &[]);
             let mut act = |lanes: &mut Lanes<'_>| {
                 let (seen, acts) = lanes.choose();
-                actor.act(seen, &mut rng, acts);
+                actor.act(seen, &mut rng, acts).expect("it acts");
             };
             act(&mut lanes);
             let asked = counted(|| {
@@ -273,5 +274,62 @@ fn who_acts_asks_for_no_buffer() {
             });
             assert_eq!(asked, 0, "of {:?}", agent.acts);
         }
+    }
+}
+
+/// Plans of three numbers for two problems, worth what they are near to 1.
+struct Near(Space);
+
+impl Objective for Near {
+    fn rows(&self) -> usize {
+        2
+    }
+
+    fn len(&self) -> usize {
+        3
+    }
+
+    fn space(&self) -> &Space {
+        &self.0
+    }
+
+    fn worth(&mut self, plans: &[f64], _: usize, worth: &mut [f64]) {
+        for (plan, worth) in plans.chunks_exact(3).zip(worth) {
+            *worth = -plan.iter().map(|x| (x - 1.0).powi(2)).sum::<f64>();
+        }
+    }
+
+    fn slope(&mut self, plans: &[f64], worth: &mut [f64], slope: &mut [f64]) -> bool {
+        self.worth(plans, 1, worth);
+        slope.iter_mut().zip(plans).for_each(|(slope, x)| *slope = 2.0 * (1.0 - x));
+        true
+    }
+}
+
+#[test]
+fn plans_after_the_first_ask_for_no_buffer() {
+    let line = Space::Continuous { low: vec![-2.0; 3], high: vec![2.0; 3] };
+    let cases = [
+        ("gradient_plan", line.clone()),
+        ("cem", line.clone()),
+        ("cem", Space::Discrete(3)),
+        ("random_shooting", line),
+        ("random_shooting", Space::Discrete(3)),
+        ("exhaustive", Space::Discrete(12)),
+    ];
+    for (name, space) in cases {
+        let planner = Lit::Part(ivx_library::registry().complete(&Part::new(name)));
+        let planner = Box::<dyn Planner>::from_lit(&planner).expect("a planner");
+        let (mut of, mut planning) = (Near(space), planner.open());
+        let mut luck = Luck::numpy(0);
+        let (mut plans, mut worth) = ([0.0; 6], [0.0; 2]);
+        let mut plan =
+            || planning.plan(&mut of, &mut plans, &mut worth, &mut luck).expect("a plan");
+        plan();
+        let asked = counted(|| {
+            (0..5).for_each(|_| plan());
+            ANY.load(SeqCst)
+        });
+        assert_eq!(asked, 0, "{name}");
     }
 }

@@ -22,7 +22,7 @@ mod watch;
 use ivx_op::Registry;
 
 pub use act::{Act, Returns};
-pub use actor::{Actor, Gpi, Imitated, Noisy, Random, Softened, Tabular, Trained};
+pub use actor::{Actor, Gpi, Imitated, Mpc, Noisy, Random, Softened, Tabular, Trained};
 pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};

@@ -1,8 +1,11 @@
-//! How agents decide.
+//! How agents decide, and plan.
 
 mod argmax;
 mod decide;
 mod greedy;
+mod model;
+mod plan_library;
+mod search;
 mod utility;
 
 use ivx_data::Decision;
@@ -11,6 +14,12 @@ use ivx_op::{OpError, Registry};
 pub use argmax::{Argmax, equivalents};
 pub use decide::{Decide, policy};
 pub use greedy::Greedy;
+pub use model::{LabelledTransitions, LatentModel, LearnedModel, Simulating, Simulator, TrueModel};
+pub use plan_library::PlanLibrary;
+pub use search::{
+    Cem, Exhaustive, GradientPlan, Objective, Planner, Planning, RandomShooting, Space,
+    TrajectoryLibrary,
+};
 pub use utility::Utility;
 
 /// The decision for the first candidate of the highest score, and the belief in that score.
@@ -32,7 +41,15 @@ pub fn choose(candidates: Vec<f64>, scores: &[f64]) -> Result<Decision, OpError>
 
 /// Adds what this folder declares.
 pub(crate) fn register(registry: Registry) -> Registry {
-    registry.op::<Utility>().op::<Decide>().op::<Greedy>().op::<Argmax>()
+    registry
+        .parts(search::planners())
+        .parts(model::simulators())
+        .op::<Utility>()
+        .op::<Decide>()
+        .op::<Greedy>()
+        .op::<Argmax>()
+        .op::<PlanLibrary>()
+        .op::<LabelledTransitions>()
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod kmeans;
 mod losses;
 mod networks;
 mod optim;
+mod planning;
 mod plans;
 mod statistics;
 mod successor;

@@ -2,6 +2,7 @@
 
 mod gpi;
 mod imitated;
+mod mpc;
 mod noisy;
 mod random;
 mod softened;
@@ -18,6 +19,7 @@ use ivx_world::Spec;
 pub use gpi::Gpi;
 pub use imitated::Imitated;
 pub(crate) use imitated::known;
+pub use mpc::Mpc;
 pub use noisy::Noisy;
 pub use random::Random;
 pub use softened::Softened;
@@ -52,6 +54,7 @@ pub(super) fn actors() -> &'static Parts<dyn Actor> {
             .with(|x: Softened| Box::new(x))
             .with(|x: Imitated| Box::new(x))
             .with(|x: Gpi| Box::new(x))
+            .with(|x: Mpc| Box::new(x))
             .with(|x: Noisy| Box::new(x))
     });
     &TABLE
