@@ -5,6 +5,7 @@ mod arithmetic;
 mod broadcast;
 mod choice;
 mod claim;
+mod displacement;
 mod elementwise;
 mod equivalent;
 mod field;
@@ -32,6 +33,7 @@ pub use accuracy::Accuracy;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use choice::{ArgmaxOver, ArgminOver, Highest, Lowest};
 pub use claim::Claim;
+pub use displacement::{MinAde, MinFde, Missed};
 pub use elementwise::{
     Abs, Ceil, Clip, Cos, Exp, Floor, Log, Maximum, Minimum, Pow, Round, Sign, Sin, Sqrt, Tanh,
     Where,
@@ -114,6 +116,9 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Regret>()
         .op::<Hallucination>()
         .op::<Rmse>()
+        .op::<MinAde>()
+        .op::<MinFde>()
+        .op::<Missed>()
         .op::<Equivalent>()
         .op::<MixtureStd>()
         .op::<Resample>()

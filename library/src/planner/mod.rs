@@ -3,8 +3,10 @@
 mod argmax;
 mod decide;
 mod greedy;
+mod imitated;
 mod model;
 mod plan_library;
+mod plans;
 mod search;
 mod utility;
 
@@ -14,8 +16,10 @@ use ivx_op::{OpError, Registry};
 pub use argmax::{Argmax, equivalents};
 pub use decide::{Decide, policy};
 pub use greedy::Greedy;
+pub use imitated::{Goals, Imitated};
 pub use model::{LabelledTransitions, LatentModel, LearnedModel, Simulating, Simulator, TrueModel};
 pub use plan_library::PlanLibrary;
+pub use plans::{LogDensity, Planned, Plans};
 pub use search::{
     Cem, Exhaustive, GradientPlan, Objective, Planner, Planning, RandomShooting, Space,
     TrajectoryLibrary,
@@ -49,6 +53,8 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Greedy>()
         .op::<Argmax>()
         .op::<PlanLibrary>()
+        .op::<Plans>()
+        .op::<LogDensity>()
         .op::<LabelledTransitions>()
 }
 

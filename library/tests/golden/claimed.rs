@@ -14,7 +14,6 @@ const LATER: &[(&str, &str)] = &[
     ("model_based_losses", "rssm_elbo"),
     ("model_based_losses", "rssm_kl"),
     ("model_based_losses", "vpn"),
-    ("rip_imitative_planning", "traj_metrics"),
 ];
 
 #[test]

@@ -3,6 +3,7 @@
 use ivx_library::ke::{Bcm, KnowledgeEquivalent, Ma, Wcm};
 use ivx_math::moments::{mean, uniform};
 use ivx_math::order::argmax;
+use ivx_math::trajectory::{Displacement, displacements, is_miss, min_ade, min_fde};
 use ivx_nn::{Body, Curve, Graph, Module, Params, PlanWeights, Scorer, Shape, plan_log_density};
 use serde_json::{Value, json};
 
@@ -225,4 +226,42 @@ fn loss(case: &Case) -> (f64, Value) {
     .collect();
     all.insert("z0".to_owned(), json!(of_z0));
     (value, Value::Object(all))
+}
+
+#[test]
+fn golden_forecasts_are_measured() {
+    check_kind("rip_imitative_planning", "traj_metrics", |case, path| at(&measured(case), path));
+}
+
+/// The measures of every scene at every `k` that the case asks for, and their means.
+fn measured(case: &Case) -> Value {
+    let (forecasts, shares, taken) = (input(case, "pred"), input(case, "probs"), input(case, "gt"));
+    let [scenes, modes, steps, _] = forecasts.shape[..] else { panic!("scenes of modes") };
+    let (places, _) = forecasts.values.as_chunks::<2>();
+    let (taken, _) = taken.values.as_chunks::<2>();
+    let of = |scene: usize| {
+        let modes_of = &places[scene * modes * steps..][..modes * steps];
+        let shares = &shares.values[scene * modes..][..modes];
+        displacements(modes_of, shares, &taken[scene * steps..][..steps]).expect("paths")
+    };
+    let all: Vec<Vec<Displacement>> = (0..scenes).map(of).collect();
+    let mut found = serde_json::Map::new();
+    let mut means = serde_json::Map::new();
+    for name in case.expected["mean"].as_object().expect("means").keys() {
+        let (what, k) = match name.strip_suffix("_2m").unwrap_or(name).rsplit_once('_') {
+            Some((what, k)) => (what, k.parse().expect("a number of modes")),
+            None => panic!("`{name}` has a number of modes"),
+        };
+        let number = |modes: &Vec<Displacement>| match what {
+            "minADE" => min_ade(modes, k),
+            "minFDE" => min_fde(modes, k),
+            "missrate" => f64::from(u8::from(is_miss(modes, k, 2.0))),
+            other => panic!("nothing computes `{other}`"),
+        };
+        let each: Vec<f64> = all.iter().map(number).collect();
+        means.insert(name.clone(), json!(mean(&each)));
+        found.insert(name.clone(), json!(each));
+    }
+    found.insert("mean".to_owned(), Value::Object(means));
+    Value::Object(found)
 }

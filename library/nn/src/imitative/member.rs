@@ -28,7 +28,6 @@ pub(super) struct Member<F> {
     input: Weights<F>,
     state: Weights<F>,
     head: Vec<(Weights<F>, Curve)>,
-    input_back: Weights<F>,
     state_back: Weights<F>,
     head_back: Vec<Weights<F>>,
     units: usize,
@@ -123,9 +122,9 @@ impl<F: Real> Member<F> {
             (layer.back(bias.len()), (layer, *curve))
         });
         let (head_back, head) = layers.unzip();
-        let (input_back, state_back) = (input.back(3 * units), state.back(3 * units));
+        let state_back = state.back(3 * units);
         let (units, dims) = (*units, *dims);
-        Self { input, state, head, input_back, state_back, head_back, units, dims }
+        Self { input, state, head, state_back, head_back, units, dims }
     }
 
     pub(super) fn units(&self) -> usize {
@@ -154,7 +153,7 @@ impl<F: Real> Member<F> {
     /// `h_{t-1}`, unless that stays, and `y_{t-1}`.
     ///
     /// - `state`: `[items, width]`, wide
-    /// - `places`: `[items, width]`, wide, replaced
+    /// - `places`: `[items, dims]`, replaced
     pub(super) fn backward(
         &self,
         step: &mut Step<F>,
@@ -174,7 +173,7 @@ impl<F: Real> Member<F> {
         state.iter_mut().zip(&*spare).for_each(|(all, new)| *all += *new);
         let Step { of_state, gates, before, grad_gates: [by_input, by_state], .. } = step;
         gate::backward(self.units, (gates, of_state), before, state, (by_input, by_state));
-        self.input_back.times(by_input, places);
+        self.input.dots(by_input, places);
         if goes_on {
             // `h_t` has `z h_{t-1}` in it, too.
             self.state_back.times(by_state, spare);
@@ -183,9 +182,9 @@ impl<F: Real> Member<F> {
         }
     }
 
-    /// How many numbers a row of gradients of states and of places has.
-    pub(super) fn widths(&self) -> (usize, usize) {
-        (self.state_back.width(), self.input_back.width())
+    /// How many numbers a row of gradients of states has.
+    pub(super) fn wide(&self) -> usize {
+        self.state_back.width()
     }
 
     pub(super) fn dims(&self) -> usize {

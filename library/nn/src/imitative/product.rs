@@ -2,12 +2,13 @@
 //!
 //! A plan is scored by a handful of rows at a time, so that what [`multiply`](crate::matmul::multiply) does before a
 //! product costs as much as the product. Here weights are laid out once, rows of them filled up to a whole number of
-//! registers, and are read as they lie. Each number is a sum of fused products in the order of the inner dimension,
-//! whatever the width of registers and the tile that it is in.
+//! registers, and are read as they lie. Each number is two sums of fused products, of the even and of the odd places of
+//! the inner dimension in their order, added at the end: so a processor has enough to do at once, whatever the width of
+//! its registers, and no bit depends on that or on the tile that a number is in.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::real::Real;
+use crate::real::{Real, wide};
 
 /// What the length of a row of weights is a multiple of: a register of single precision.
 const FILL: usize = 16;
@@ -62,6 +63,30 @@ impl<F: Real> Weights<F> {
     pub(super) fn times(&self, x: &[F], out: &mut [F]) {
         Arch::new().dispatch(Times { weights: self, x, out });
     }
+
+    /// The gradient of each row `x` where products with these weights have the gradients `grad`: as [`back`](Self::back), for
+    /// few inputs.
+    ///
+    /// - `grad`: `[rows, width]`
+    /// - `out`: `[rows, inputs]`
+    pub(super) fn dots(&self, grad: &[F], out: &mut [F]) {
+        wide(
+            #[inline(always)]
+            || {
+                let rows = grad.chunks_exact(self.width).zip(out.chunks_exact_mut(self.inputs));
+                for (grad, out) in rows {
+                    for (out, weights) in out.iter_mut().zip(self.values.chunks_exact(self.width)) {
+                        let mut sums = [F::zero(); FILL];
+                        let blocks = grad.as_chunks::<FILL>().0.iter();
+                        for (xs, ys) in blocks.zip(weights.as_chunks::<FILL>().0) {
+                            (0..FILL).for_each(|i| sums[i] += xs[i] * ys[i]);
+                        }
+                        *out = sums.iter().fold(F::zero(), |sum, x| sum + *x);
+                    }
+                }
+            },
+        );
+    }
 }
 
 /// The length of a row that is filled up.
@@ -84,15 +109,21 @@ impl<F: Real> WithSimd for Times<'_, F> {
         let rows = out.len() / weights.width;
         let stride = x.len() / rows.max(1);
         let (mut x, mut out) = (x, out);
-        // Four rows share what is read of the weights; one has more sums at once instead.
-        while out.len() >= 4 * weights.width {
-            let (these, rest) = std::mem::take(&mut out).split_at_mut(4 * weights.width);
-            block::<F, S, 4, 2>(simd, weights, &x[..4 * stride], these);
-            (x, out) = (&x[4 * stride..], rest);
+        // Some rows share what is read of the weights; one has more sums at once instead.
+        let together = if S::F32_LANES == 8 { 2 } else { 4 };
+        while out.len() >= together * weights.width {
+            let (these, rest) = std::mem::take(&mut out).split_at_mut(together * weights.width);
+            let xs = &x[..together * stride];
+            if together == 2 {
+                block::<F, S, 2, 2>(simd, weights, xs, these);
+            } else {
+                block::<F, S, 4, 2>(simd, weights, xs, these);
+            }
+            (x, out) = (&x[together * stride..], rest);
         }
         while !out.is_empty() {
             let (these, rest) = std::mem::take(&mut out).split_at_mut(weights.width);
-            block::<F, S, 1, 8>(simd, weights, &x[..stride], these);
+            block::<F, S, 1, 4>(simd, weights, &x[..stride], these);
             (x, out) = (&x[stride..], rest);
         }
     }
@@ -111,6 +142,10 @@ fn block<F: Real, S: Simd, const R: usize, const C: usize>(
     while from + C * lanes <= weights.width {
         tile::<F, S, R, C>(simd, weights, x, out, from);
         from += C * lanes;
+    }
+    while from + 2 * lanes <= weights.width {
+        tile::<F, S, R, 2>(simd, weights, x, out, from);
+        from += 2 * lanes;
     }
     while from < weights.width {
         tile::<F, S, R, 1>(simd, weights, x, out, from);
@@ -132,20 +167,32 @@ fn tile<F: Real, S: Simd, const R: usize, const C: usize>(
         let row: &[F::Lanes<S>] = pulp::bytemuck::cast_slice(&row[..C * lanes]);
         std::array::from_fn(|c| row[c])
     };
-    let mut sums = [registers(&bias[from..]); R];
+    let add = |x: F, row: &[F::Lanes<S>; C], sums: &mut [F::Lanes<S>; C]| {
+        let x = F::lanes(simd, x);
+        for c in 0..C {
+            sums[c] = F::fused(simd, x, row[c], sums[c]);
+        }
+    };
+    let mut even = [registers(&bias[from..]); R];
+    let mut odd = [[F::lanes(simd, F::zero()); C]; R];
     let stride = x.len() / R;
     let xs: [&[F]; R] = std::array::from_fn(|r| &x[r * stride..][..*inputs]);
-    for (k, row) in values.chunks_exact(*width).enumerate() {
-        let row = registers(&row[from..]);
-        for (sums, x) in sums.iter_mut().zip(xs) {
-            let x = F::lanes(simd, x[k]);
-            for (sum, y) in sums.iter_mut().zip(row) {
-                *sum = F::fused(simd, x, y, *sum);
-            }
+    let mut pairs = values.chunks_exact(2 * width);
+    for (k, rows) in pairs.by_ref().enumerate() {
+        let (first, second) = (registers(&rows[from..]), registers(&rows[width + from..]));
+        for r in 0..R {
+            add(xs[r][2 * k], &first, &mut even[r]);
+            add(xs[r][2 * k + 1], &second, &mut odd[r]);
         }
     }
-    for (out, sums) in out.chunks_exact_mut(*width).zip(&sums) {
-        out[from..from + C * lanes].copy_from_slice(pulp::bytemuck::cast_slice(sums));
+    if let Some(row) = pairs.remainder().get(from..) {
+        let row = registers(row);
+        (0..R).for_each(|r| add(xs[r][inputs - 1], &row, &mut even[r]));
+    }
+    let one = F::lanes(simd, F::one());
+    for (out, (even, odd)) in out.chunks_exact_mut(*width).zip(even.iter().zip(&odd)) {
+        let sums: [_; C] = std::array::from_fn(|c| F::fused(simd, one, even[c], odd[c]));
+        out[from..from + C * lanes].copy_from_slice(pulp::bytemuck::cast_slice(&sums));
     }
 }
 
@@ -160,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn products_are_sums_in_the_order_of_the_inner_dimension() {
+    fn products_are_sums_of_even_and_odd_places() {
         for (rows, inputs, outputs) in [(1, 3, 4), (4, 64, 192), (7, 5, 33), (9, 1, 1)] {
             let (x, w) = (numbers(rows * inputs, 0.7), numbers(inputs * outputs, 0.3));
             let b = numbers(outputs, 1.1);
@@ -170,17 +217,26 @@ mod tests {
             let back = weights.back(outputs);
             let mut returned = vec![f64::NAN; rows * back.width()];
             back.times(&out, &mut returned);
+            let mut dots = vec![f64::NAN; rows * inputs];
+            weights.dots(&out, &mut dots);
+            let pairs = dots.chunks_exact(inputs).zip(returned.chunks_exact(back.width()));
+            let mut pairs = pairs.flat_map(|(dots, returned)| dots.iter().zip(returned));
+            assert!(pairs.all(|(dot, sum)| (dot - sum).abs() < 1e-12 * (1.0 + sum.abs())));
             for i in 0..rows {
                 for j in 0..outputs {
-                    let sum = (0..inputs)
-                        .fold(b[j], |sum, k| x[i * inputs + k].mul_add(w[k * outputs + j], sum));
-                    assert_eq!(out[i * weights.width() + j], sum);
+                    let sums = (0..inputs).fold([b[j], 0.0], |mut sums, k| {
+                        sums[k % 2] = x[i * inputs + k].mul_add(w[k * outputs + j], sums[k % 2]);
+                        sums
+                    });
+                    assert_eq!(out[i * weights.width() + j], sums[0] + sums[1]);
                 }
                 for k in 0..inputs {
-                    let sum = (0..outputs).fold(0.0, |sum: f64, j| {
-                        out[i * weights.width() + j].mul_add(w[k * outputs + j], sum)
+                    let sums = (0..outputs).fold([0.0_f64; 2], |mut sums, j| {
+                        let grad = out[i * weights.width() + j];
+                        sums[j % 2] = grad.mul_add(w[k * outputs + j], sums[j % 2]);
+                        sums
                     });
-                    assert_eq!(returned[i * back.width() + k], sum);
+                    assert_eq!(returned[i * back.width() + k], sums[0] + sums[1]);
                 }
             }
         }

@@ -149,10 +149,9 @@ impl<F: Real> Scorer<F> {
                 (0..self.steps).map(|_| std::array::from_fn(|_| vec![F::zero(); items * dims])),
             );
         }
-        let (of_state, of_places) = member.widths();
-        self.grad_state = vec![F::zero(); items * of_state];
-        self.spare = vec![F::zero(); items * of_state];
-        self.grad_places = vec![F::zero(); items * of_places];
+        self.grad_state = vec![F::zero(); items * member.wide()];
+        self.spare = self.grad_state.clone();
+        self.grad_places = vec![F::zero(); items * dims];
         self.room = items;
     }
 
@@ -291,18 +290,22 @@ impl<F: Real> Scorer<F> {
                 }
                 if t > 0 {
                     self.pass_back(k, t);
-                    let width = self.grad_places.len() / self.items;
-                    for item in 0..self.items {
-                        for d in 0..dims {
-                            slope[item * len + (t - 1) * dims + d] +=
-                                self.grad_places[item * width + d];
-                        }
-                    }
+                    self.add_places(t - 1, slope);
                 }
             }
         }
     }
 
+    /// Adds what was passed back to places of step `t`.
+    fn add_places(&self, t: usize, slope: &mut [F]) {
+        let dims = self.members[0].dims();
+        let rows = slope.chunks_exact_mut(self.len()).zip(self.grad_places.chunks_exact(dims));
+        for (plan, grad) in rows {
+            plan[t * dims..].iter_mut().zip(grad).for_each(|(slope, x)| *slope += *x);
+        }
+    }
+
+    /// Passes what was put back into what model `k` said of step `t` on to its state and its places.
     fn pass_back(&mut self, k: usize, t: usize) {
         let step = &mut self.passes[k * (self.steps - 1) + t - 1];
         let (state, spare, places) = (&mut self.grad_state, &mut self.spare, &mut self.grad_places);
@@ -378,13 +381,7 @@ impl<F: Real> Scorer<F> {
             }
             if t > 0 {
                 self.pass_back(k, t);
-                let width = self.grad_places.len() / self.items;
-                for item in 0..self.items {
-                    for d in 0..dims {
-                        slope[item * len + (t - 1) * dims + d] +=
-                            self.grad_places[item * width + d];
-                    }
-                }
+                self.add_places(t - 1, slope);
             }
         }
     }

@@ -123,6 +123,11 @@ pub trait Planner: Debug + Send + Sync {
 
     /// It itself, with room to work in.
     fn open(&self) -> Box<dyn Planning>;
+
+    /// The plans that it chooses among, one after the other, where it has some of its own.
+    fn fixed(&self) -> Option<&[f64]> {
+        None
+    }
 }
 
 /// A search that can be done again and again. Its buffers are kept, so that no plan after the first of a size allocates.

@@ -27,6 +27,10 @@ impl Planner for TrajectoryLibrary {
         let plans = self.plans.0.clone();
         Box::new(Choosing { plans, tried: Vec::new(), worth: Vec::new() })
     }
+
+    fn fixed(&self) -> Option<&[f64]> {
+        Some(&self.plans.values)
+    }
 }
 
 fn fits(plans: &Array, space: &Space, len: usize) -> Result<(), Misfit> {
