@@ -156,3 +156,40 @@ impl Narrowing {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What follows three draws and the middle, of one number: the middle and the spread.
+    fn followed(space: &Space, tried: &[f64], worth: &[f64], elites: usize) -> (f64, Vec<f64>) {
+        let mut all = Narrowing {
+            samples: 3,
+            elites,
+            tried: tried.to_vec(),
+            worth: worth.to_vec(),
+            middle: vec![7.0],
+            spread: vec![0.5; 3],
+            ..Narrowing::default()
+        };
+        all.follow(space, (0, 1));
+        (all.middle[0], all.spread)
+    }
+
+    #[test]
+    fn elites_are_followed_by_hand() {
+        let line = Space::Continuous { low: vec![-9.0], high: vec![9.0] };
+        let nan = f64::NAN;
+        // The best two are 1 and 3: their mean is 2, their standard deviation 1.
+        let (middle, spread) = followed(&line, &[0.0, 1.0, 3.0, 9.0], &[0.0, 5.0, 4.0, nan], 2);
+        assert_eq!((middle, spread[0]), (2.0, 1.0));
+        // Fewer are worth a number than are to be followed; of none nothing follows.
+        let (middle, spread) = followed(&line, &[0.0, 1.0, 3.0, 9.0], &[nan, 5.0, nan, nan], 2);
+        assert_eq!((middle, spread[0]), (1.0, 0.0));
+        assert_eq!(followed(&line, &[0.0; 4], &[nan; 4], 2), (7.0, vec![0.5; 3]));
+        // Of the best three two are the second choice.
+        let three = Space::Discrete(3);
+        let (middle, shares) = followed(&three, &[0.0, 1.0, 1.0, 2.0], &[3.0, 2.0, 1.0, 0.0], 3);
+        assert_eq!((middle, shares), (1.0, vec![1.0 / 3.0, 2.0 / 3.0, 0.0]));
+    }
+}
