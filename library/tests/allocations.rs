@@ -10,8 +10,9 @@ use ivx_data::{Dataset, Form};
 use ivx_library::agent::tabular::{TabularModel, UniformPolicy};
 use ivx_library::agent::{Act, Agent, Learn, Method, Steps, Tabular};
 use ivx_library::learner::{Learner, MapEstimate, Normal};
-use ivx_library::planner::{Objective, Planner, Space};
-use ivx_nn::{Mlp, Squared, Tanh};
+use ivx_library::ke::Wcm;
+use ivx_library::planner::{Goals, Imitated, Objective, Planner, Space};
+use ivx_nn::{Imitative, Imitators, Mlp, PlanNets, Squared, Tanh};
 use ivx_op::{Artifact as _, Ctx, Lit, Literal as _, One, Op as _, Part};
 use ivx_world::{Copying, Env, Glyphs, Gridworld, Lanes, Luck, Task};
 use nets::{TASKS, Training};
@@ -331,5 +332,41 @@ fn plans_after_the_first_ask_for_no_buffer() {
             ANY.load(SeqCst)
         });
         assert_eq!(asked, 0, "{name}");
+    }
+}
+
+/// Also where several networks say what plans are worth, by members that are climbed or by a library.
+#[test]
+fn plans_of_imitative_models_ask_for_no_buffer() {
+    let form = Form { input: vec![3], target: vec![4, 2], ..Form::default() };
+    let net = Mlp { hidden: vec![8], activation: Box::new(Tanh {}) };
+    let nets = PlanNets { net: &net, features: 8, merge: &[8], units: 16, head: &[16, 8] };
+    let ctx = Ctx::new("plans", 0, None);
+    let drawn = |k: u64| {
+        let mut rng = ctx.rng("init", &[&k.to_string()]);
+        Imitative::drawn(&nets, &form, &mut rng).expect("it fits")
+    };
+    let models: Vec<Imitative> = (0..3).map(drawn).collect();
+    let mut opened = Imitators::of(&models.iter().collect::<Vec<_>>(), &form);
+    opened.see(&[0.5, -0.5, 1.0, 0.0, 0.25, -1.0]);
+    for latent in [false, true] {
+        for name in ["gradient_plan", "cem"] {
+            let part = Lit::Part(ivx_library::registry().complete(&Part::new(name)));
+            let mut planning = Box::<dyn Planner>::from_lit(&part).expect("a planner").open();
+            let goals = Goals { places: vec![9.0, 1.0, 8.0, 0.0], dims: 2, std: 1.0 };
+            let mut of = Imitated::new(&mut opened, &Wcm {}, Some(goals), latent);
+            let mut luck = Luck::numpy(0);
+            let (mut plans, mut worth) = ([0.0; 16], [0.0; 2]);
+            let mut plan = || {
+                plans.fill(0.0);
+                planning.plan(&mut of, &mut plans, &mut worth, &mut luck).expect("a plan");
+            };
+            plan();
+            let asked = counted(|| {
+                (0..5).for_each(|_| plan());
+                ANY.load(SeqCst)
+            });
+            assert_eq!(asked, 0, "{name}, {latent}");
+        }
     }
 }

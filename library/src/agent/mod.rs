@@ -18,6 +18,7 @@ mod resample;
 mod shown;
 pub mod tabular;
 mod watch;
+mod windows;
 
 use ivx_op::Registry;
 
@@ -33,6 +34,7 @@ pub use method::{
     PsiPhi, Setting, Shares, Sqil, q_loss, q_target,
 };
 pub use watch::Watched;
+pub use windows::Windows;
 
 /// A walk of three steps through a world of three states, so many times, for tests.
 #[cfg(test)]
@@ -58,6 +60,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Demonstrate>()
         .op::<LabelledActions>()
         .op::<Watched>()
+        .op::<Windows>()
         .op::<Imitation>()
         .op::<LearnedPreferences>()
         .op::<MatchedCumulants>()

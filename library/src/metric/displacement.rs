@@ -68,7 +68,8 @@ fn each(
         return Err(failed(why));
     };
     let sizes: Vec<usize> = plans.dims.iter().map(Dim::len).collect();
-    if sizes[0] != to.len() || sizes[2] != *steps || sizes[3] != 2 || worth.dims != plans.dims[..2] {
+    if sizes[0] != to.len() || sizes[2] != *steps || sizes[3] != 2 || worth.dims != plans.dims[..2]
+    {
         let why = format!(
             "plans {sizes:?} with {} numbers of worth are not those of {} targets of {steps} places",
             worth.values.len(),
@@ -123,15 +124,15 @@ mod tests {
     fn the_plan_worth_most_counts_first() {
         let dims = [("row", 1), ("mode", 2), ("step", 2), ("dim", 2)];
         let dims = dims.map(|(name, n)| Dim::new(name, Labels::count(n))).to_vec();
-        let worth = |values: [f64; 2]| {
-            One(Array { dims: dims[..2].to_vec(), values: values.to_vec() })
-        };
+        let worth =
+            |values: [f64; 2]| One(Array { dims: dims[..2].to_vec(), values: values.to_vec() });
         let values = vec![0.0, 4.0, 0.0, 8.0, 1.0, 0.0, 2.0, 0.0];
         let plans = || One(Array { dims: dims.clone(), values: values.clone() });
         let form = Form { target: vec![2, 2], ..Form::default() };
         let to = || One(Dataset { form: form.clone(), x: vec![0.0], y: vec![1.0, 0.0, 5.0, 0.0] });
         let ctx = Ctx::new("min_ade", 0, None);
-        let ade = |worth, k| MinAde { plans: plans(), worth, to: to(), k }.run(&ctx).unwrap().values[0];
+        let ade =
+            |worth, k| MinAde { plans: plans(), worth, to: to(), k }.run(&ctx).unwrap().values[0];
         let first = f64::midpoint(17.0_f64.sqrt(), 89.0_f64.sqrt());
         // Worths a thousand apart are told apart, too.
         assert_eq!(ade(worth([-1.0, -1001.0]), 1), first);

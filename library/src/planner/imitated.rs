@@ -74,7 +74,8 @@ impl<'a> Imitated<'a> {
         latent: bool,
     ) -> Self {
         let (len, models) = (opened.scorer.len(), opened.scorer.models());
-        let space = Space::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] };
+        let space =
+            Space::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] };
         Self {
             opened,
             ke,

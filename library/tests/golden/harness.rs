@@ -26,7 +26,7 @@ pub(crate) struct Case {
 /// `compute` is given a case and the path of a leaf in `expected`, and returns our value;
 /// `None` if it does not know the kind or the path.
 pub(crate) fn check(topic: &str, compute: impl Fn(&Case, &[&str]) -> Option<Value>) {
-    check_cases(topic, |_| true, compute);
+    check_where(topic, |_| true, compute);
 }
 
 /// Checks the cases of one kind, of a file whose other kinds are not this crate's.
@@ -35,7 +35,7 @@ pub(crate) fn check_kind(
     kind: &str,
     compute: impl Fn(&Case, &[&str]) -> Option<Value>,
 ) {
-    check_cases(topic, |found| found == kind, compute);
+    check_where(topic, |case| case.kind == kind, compute);
 }
 
 /// Checks that a wrong formula is told from the right one in every case of a kind: that something differs.
@@ -44,16 +44,17 @@ pub(crate) fn check_wrong(
     kind: &str,
     compute: impl Fn(&Case, &[&str]) -> Option<Value>,
 ) {
-    let Some(cases) = compare(topic, |found| found == kind, compute) else { return };
+    let Some(cases) = compare(topic, |case| case.kind == kind, compute) else { return };
     assert!(!cases.is_empty() || elsewhere().is_some(), "{topic} has no case of `{kind}`");
     let passed: Vec<String> =
         cases.into_iter().filter(|(_, errors)| errors.is_empty()).map(|(name, _)| name).collect();
     assert!(passed.is_empty(), "{topic}: a wrong formula passes in {}", passed.join(", "));
 }
 
-fn check_cases(
+/// Checks some cases of a file.
+pub(crate) fn check_where(
     topic: &str,
-    ours: impl Fn(&str) -> bool,
+    ours: impl Fn(&Case) -> bool,
     compute: impl Fn(&Case, &[&str]) -> Option<Value>,
 ) {
     let Some(cases) = compare(topic, ours, compute) else { return };
@@ -62,10 +63,10 @@ fn check_cases(
     assert!(errors.is_empty(), "{} differ:\n{}", errors.len(), errors.join("\n"));
 }
 
-/// The cases of some kinds by name, with what differs in each; `None` if there is no such file.
+/// Some cases by name, with what differs in each; `None` if there is no such file.
 fn compare(
     topic: &str,
-    ours: impl Fn(&str) -> bool,
+    ours: impl Fn(&Case) -> bool,
     compute: impl Fn(&Case, &[&str]) -> Option<Value>,
 ) -> Option<Vec<(String, Vec<String>)>> {
     let file = read(topic)?;
@@ -75,16 +76,15 @@ fn compare(
 
     let mut cases = Vec::new();
     for entry in file["cases"].as_array().expect("a list of cases") {
-        let kind = text(&entry["kind"]).to_owned();
-        if !ours(&kind) {
-            continue;
-        }
         let case = Case {
             name: text(&entry["name"]).to_owned(),
-            kind,
+            kind: text(&entry["kind"]).to_owned(),
             inputs: entry["inputs"].clone(),
             expected: entry["expected"].clone(),
         };
+        if !ours(&case) {
+            continue;
+        }
         let mut errors = Vec::new();
         for (path, expected) in leaves(&case.expected) {
             let keys: Vec<&str> = path.iter().map(String::as_str).collect();

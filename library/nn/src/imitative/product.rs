@@ -185,8 +185,8 @@ fn tile<F: Real, S: Simd, const R: usize, const C: usize>(
             add(xs[r][2 * k + 1], &second, &mut odd[r]);
         }
     }
-    if let Some(row) = pairs.remainder().get(from..) {
-        let row = registers(row);
+    if inputs % 2 == 1 {
+        let row = registers(&pairs.remainder()[from..]);
         (0..R).for_each(|r| add(xs[r][inputs - 1], &row, &mut even[r]));
     }
     let one = F::lanes(simd, F::one());
