@@ -20,6 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("library/foreign", &["ivx-op", "ivx-data", "ivx-world"]),
     ("library/figure", &["ivx-op", "ivx-math", "ivx-data", "ivx-world"]),
     ("library/table", &["ivx-op", "ivx-math", "ivx-data"]),
+    ("library/town", &[]),
     (
         "library",
         &[
@@ -65,6 +66,8 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("bytes", "library/table/src/parquet.rs"),
         ("csv", "library/table/src/text/"),
         ("fast_float2", "library/table/src/text/"),
+        ("flate2", "library/town/src/maps.rs"),
+        ("roxmltree", "library/town/src/xodr.rs"),
         ("ctrlc", "cli/src/main.rs"),
         ("indicatif", "cli/src/progress.rs"),
         ("libloading", "library/foreign/src/procgen/libenv.rs"),
