@@ -1,6 +1,7 @@
 //! The lane that is nearest to a point.
 
 use crate::centre::Point;
+use crate::geometry::Pose;
 use crate::grid::Grid;
 use crate::lanes::{At, Network};
 
@@ -57,6 +58,23 @@ impl Nearest {
     /// - `point`: `x`, `y`, `z`. Heights count, so that bridges and what is below them are told apart.
     #[must_use]
     pub fn find(&self, network: &Network, point: [f64; 3]) -> Option<(At, f64)> {
+        self.find_where(network, point, |_| true)
+    }
+
+    /// As `find`, of lanes that go the way of a pose: less than 90° away from it.
+    #[must_use]
+    pub fn find_along(&self, network: &Network, pose: &Pose) -> Option<(At, f64)> {
+        let (sin, cos) = pose.yaw.sin_cos();
+        let along = |step: &Step| step.by[0] * cos + step.by[1] * sin > 0.0;
+        self.find_where(network, [pose.x, pose.y, pose.z], along)
+    }
+
+    fn find_where(
+        &self,
+        network: &Network,
+        point: [f64; 3],
+        fits: impl Fn(&Step) -> bool,
+    ) -> Option<(At, f64)> {
         if !point.iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -67,9 +85,10 @@ impl Nearest {
             let share = (dot(to, step.by) / dot(step.by, step.by).max(1e-30)).clamp(0.0, 1.0);
             let apart = [0, 1, 2].map(|i| to[i] - share * step.by[i]);
             let far = dot(apart, apart).sqrt();
-            if best.is_none_or(|(least, before, _)| {
+            let nearer = best.is_none_or(|(least, before, _)| {
                 far < least - SAME || (far < least + SAME && step.lane < before.lane)
-            }) {
+            });
+            if nearer && fits(step) {
                 best = Some((far, step, share));
             }
             best.map_or(f64::INFINITY, |(least, ..)| least)
