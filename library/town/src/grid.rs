@@ -88,6 +88,16 @@ impl<T: Clone> Grid<T> {
         &self.things[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
+    /// What is in the cells that a box `[x, y, x, y]` touches; things may come more than once.
+    pub(crate) fn within(&self, b: [f64; 4]) -> impl Iterator<Item = &T> {
+        let [from, to] = [self.cell([b[0], b[1]]), self.cell([b[2], b[3]])];
+        let rows = from[1].max(0)..=to[1].min(self.size[1] - 1);
+        rows.flat_map(move |row| {
+            let columns = from[0].max(0)..=to[0].min(self.size[0] - 1);
+            columns.flat_map(move |column| self.of_cell(column, row))
+        })
+    }
+
     /// Shows things in rings of cells around a point, the nearest rings first, until all within the distance that `see`
     /// returned last have been shown.
     pub(crate) fn around<'a>(&'a self, point: [f64; 2], mut see: impl FnMut(&'a T) -> f64) {

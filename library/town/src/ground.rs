@@ -99,6 +99,11 @@ impl Ground {
         self.grid.at(point).iter().filter_map(move |stretch| footing(map, stretch, point))
     }
 
+    /// Where a point lies on a road.
+    pub(crate) fn on_road(&self, map: &Map, road: usize, [x, y, z]: [f64; 3]) -> Option<Footing> {
+        self.all(map, [x, y]).find(|found| found.road == road && (found.z - z).abs() < LEVEL)
+    }
+
     /// What is below a point: of roads that lie on each other what is made for cars first; of a bridge and what it leads over,
     /// what is nearest to `z`. `None` beside all roads.
     #[must_use]

@@ -135,13 +135,14 @@ impl Relief {
 
     /// The height at a point that is nearest to `z`; `None` beside all roads.
     #[must_use]
-    pub fn height(&self, point: [f64; 2], z: f32) -> Option<f32> {
+    pub fn height(&self, point: [f64; 2], z: f64) -> Option<f64> {
         let place = self.place(point)?;
         let lowest = self.lowest[place];
         if lowest.is_nan() {
             return None;
         }
-        Some(if (lowest - z).abs() < LEVEL { lowest } else { self.nearest(place, z) })
+        let z = z as f32;
+        Some(f64::from(if (lowest - z).abs() < LEVEL { lowest } else { self.nearest(place, z) }))
     }
 
     /// The height of a cell on a road that is nearest to `z`.
@@ -169,11 +170,10 @@ mod tests {
         // On a ramp, on the deck, in a junction's gap, and in the middle of the large roundabout.
         let exact = |x: f64, y: f64, z: f64| ground.below(&map, [x, y, z]).map(|footing| footing.z);
         for (x, y, z) in [(78.75, -50.6, 5.2), (90.0, -135.0, 8.0), (235.5, 156.85, 1.4)] {
-            let (expected, found) =
-                (exact(x, y, z).unwrap(), relief.height([x, y], z as f32).unwrap());
+            let (expected, found) = (exact(x, y, z).unwrap(), relief.height([x, y], z).unwrap());
             assert!((expected - z).abs() < 0.3, "{x} {y}: {expected}");
             // Within half a cell of a slope of 20 %.
-            assert!((f64::from(found) - expected).abs() < 0.08, "{x} {y}: {found} {expected}");
+            assert!((found - expected).abs() < 0.08, "{x} {y}: {found} {expected}");
         }
         assert_eq!((exact(145.13, -140.65, 8.0), relief.height([0.0, 0.0], 0.0)), (None, None));
         assert!((relief.height([145.13, -140.65], 8.0).unwrap() - 8.0).abs() < 0.1);
@@ -193,7 +193,7 @@ mod tests {
         for z in levels {
             let below = ground.below(&map, [x, y, z]).unwrap();
             assert!((below.z - z).abs() < 2.0);
-            assert!((f64::from(relief.height([x, y], z as f32).unwrap()) - z).abs() < 2.0);
+            assert!((relief.height([x, y], z).unwrap() - z).abs() < 2.0);
         }
         assert!(relief.nearest(place, 100.0) - relief.nearest(place, -100.0) > 4.0);
     }

@@ -7,6 +7,7 @@ use crate::lanes::{At, Network, network};
 use crate::project::{Nearest, nearest};
 use crate::relief::{Relief, relief};
 use crate::route::{RouteError, Waypoint, route};
+use crate::space::{Space, space};
 use crate::xodr::Map;
 
 /// A map, and what was measured of it.
@@ -22,6 +23,8 @@ pub struct Town {
     pub ground: Ground,
     /// Its heights on a raster.
     pub relief: Relief,
+    /// What cannot be on its lanes at the same time.
+    pub space: Space,
 }
 
 /// Measures a map.
@@ -33,7 +36,8 @@ pub fn town(map: Map) -> Town {
     let nearest = nearest(&network, &centres);
     let ground = ground(&network.map);
     let relief = relief(&network.map, &ground);
-    Town { network, centres, nearest, ground, relief }
+    let space = space(&network, &centres);
+    Town { network, centres, nearest, ground, relief, space }
 }
 
 impl Town {
