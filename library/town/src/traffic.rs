@@ -31,7 +31,7 @@ const SLOW: f64 = 2.0;
 const SPEEDS: [f64; 2] = [20.0 / 3.6, 30.0 / 3.6];
 /// Metres that are taken beyond what is needed to stop.
 const SPARE: f64 = 1.0;
-/// Steps of waiting after which others may not take what is waited for.
+/// Steps of waiting after which others may not take what is waited for; after as many more they may, and so on.
 const IMPATIENT: u32 = 100;
 /// Steps of waiting after which another way is looked for.
 const LOST: u32 = 400;
@@ -280,7 +280,7 @@ fn take(
     }
     let crossing = wanted.len() > 1;
     let free = wanted.iter().all(|cell| held.is_free(space, *cell, id));
-    let waited = car.waits > IMPATIENT;
+    let claims = (car.waits / IMPATIENT) % 2 == 1;
     if free && (!crossing || wanted.iter().all(|cell| held.is_unclaimed(space, *cell, id))) {
         for cell in wanted {
             held.by[cell] = id;
@@ -292,9 +292,9 @@ fn take(
         }
         return true;
     }
-    if crossing && waited {
+    if crossing && car.waits >= IMPATIENT {
         let exit = wanted[wanted.len() - 1];
-        let open = held.is_free(space, exit, id) && !car.waits.is_multiple_of(LOST);
+        let open = claims && held.is_free(space, exit, id);
         for cell in &wanted {
             if open && held.claimed[*cell] == NOBODY {
                 held.claimed[*cell] = id;

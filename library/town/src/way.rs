@@ -10,12 +10,11 @@ use crate::traffic::Held;
 
 /// What is kept free at the ends and the sides of the agent's car, in metres: it does not follow its route exactly.
 const MARGIN: [f64; 2] = [0.3, 0.3];
-/// Points of the route before and behind one that are in line with it: more than two cars are long.
-const IN_LINE: usize = 12;
 /// Steps that it may stand although it need not, before a crossing is no longer kept for it.
 const PATIENCE: u32 = 100;
-/// Steps of waiting after which others may not take the crossing that it waits for.
-const IMPATIENT: u32 = 40;
+/// Steps of waiting after which others may not take the crossing that it waits for; after as many more they may, and so on:
+/// who waits for somebody who waits for it goes on then.
+const IMPATIENT: u32 = 60;
 /// A car is slower than this, in metres a second, when it stands.
 const STANDS: f64 = 0.1;
 
@@ -39,19 +38,10 @@ pub(crate) fn way(space: &Space, route: &[Waypoint]) -> Way {
     let bodies = route.iter().map(|point| Body::car(point.pose, MARGIN));
     let touched: Vec<Vec<usize>> = bodies.map(|body| space.touched(&body)).collect();
     let crosses = |k: usize| {
-        let near = &route[k.saturating_sub(IN_LINE)..(k + IN_LINE).min(route.len())];
-        let mut own: Vec<usize> = near.iter().map(|point| point.lane).collect();
-        own.dedup();
-        let mut others =
-            touched[k].iter().filter(|cell| !own.contains(&space.cells[**cell].lane)).peekable();
-        if others.peek().is_none() {
-            return false;
-        }
-        let in_line: Vec<usize> = own.iter().flat_map(|lane| space.in_line(*lane)).collect();
-        others.any(|cell| {
-            let cell = &space.cells[*cell];
-            cell.is_contested || !in_line.contains(&cell.lane)
-        })
+        // Cells clash before and behind alike: its own is in the middle.
+        let on_lane = |cell: &&usize| space.cells[**cell].lane == route[k].lane;
+        let own: Vec<&usize> = touched[k].iter().filter(on_lane).collect();
+        own.get(own.len() / 2).is_some_and(|cell| space.cells[**cell].is_contested)
     };
     let crossing = (0..route.len()).map(crosses).collect();
     Way { touched, crossing, held: [0, 0], claimed: [0, 0], idle: 0, waits: 0 }
@@ -104,7 +94,11 @@ impl Way {
         }
         // Behind a car one only waits.
         let crossing = to > from + 1;
-        if !free && crossing && self.waits > IMPATIENT && self.claimed[0] == self.claimed[1] {
+        let claims = (self.waits / IMPATIENT) % 2 == 1;
+        if !claims {
+            self.disclaim(held);
+        }
+        if !free && crossing && claims && self.claimed[0] == self.claimed[1] {
             self.claimed = [from, to];
             self.touched[from..to].iter().for_each(|cells| held.claim(cells));
         }
