@@ -66,6 +66,26 @@ impl Body {
         })
     }
 
+    /// How far a ray goes until it enters and until it leaves it, if it does, in units of its direction.
+    ///
+    /// - `from`, `through`: two points of the ray.
+    pub(crate) fn crossed_by(&self, from: [f64; 2], through: [f64; 2]) -> Option<[f64; 2]> {
+        let [start, next] = [from, through].map(|point| self.pose.inward(point));
+        let mut span = [0.0_f64, f64::INFINITY];
+        for i in 0..2 {
+            let by = next[i] - start[i];
+            let sides = [-self.half[i], self.half[i]].map(|side| (side - start[i]) / by);
+            if by.abs() < 1e-12 {
+                if start[i].abs() > self.half[i] {
+                    return None;
+                }
+                continue;
+            }
+            span = [span[0].max(sides[0].min(sides[1])), span[1].min(sides[0].max(sides[1]))];
+        }
+        (span[0] <= span[1]).then_some(span)
+    }
+
     /// Least and largest `x` and `y`, as `[x, y, x, y]`.
     pub(crate) fn bounds(&self) -> [f64; 4] {
         let [x, y] = [0, 1].map(|i| {

@@ -145,6 +145,18 @@ impl Relief {
         Some(f64::from(if (lowest - z).abs() < LEVEL { lowest } else { self.nearest(place, z) }))
     }
 
+    /// The height at a point for who looks along a road: of the roads there that which is nearest to the road before, which it
+    /// becomes; beside all roads a bank over the road before.
+    pub(crate) fn seen_from(&self, point: [f64; 2], road: &mut f32, bank: f32) -> f32 {
+        let Some(place) = self.place(point) else { return *road + bank };
+        let lowest = self.lowest[place];
+        if lowest.is_nan() {
+            return *road + bank;
+        }
+        *road = if (lowest - *road).abs() < LEVEL { lowest } else { self.nearest(place, *road) };
+        *road
+    }
+
     /// The height of a cell on a road that is nearest to `z`.
     pub(crate) fn nearest(&self, place: usize, z: f32) -> f32 {
         let from = self.more.partition_point(|(other, _)| *other < place);
