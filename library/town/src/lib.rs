@@ -2,12 +2,15 @@
 
 mod autopilot;
 mod body;
+mod bounds;
 mod car;
 mod centre;
+mod change;
 mod drive;
 mod geometry;
 mod grid;
 mod ground;
+mod kerbs;
 mod lanes;
 mod lidar;
 mod maps;
@@ -30,6 +33,7 @@ pub use centre::{Point, centre, pose_along};
 pub use drive::{ARRIVED, Drive, Happened, N_GOALS, drive};
 pub use geometry::{Pose, is_paved, wrapped};
 pub use ground::{Footing, Ground, ground};
+pub use kerbs::{Kerb, kerbs};
 pub use lanes::{At, Lane, Network, network};
 pub use lidar::{Lidar, MOST_POINTS, SIDE, picture, scan};
 pub use maps::{town_map, town_names};

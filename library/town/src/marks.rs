@@ -1,7 +1,7 @@
 //! Marks on the road that are crossed.
 
+use crate::change::line_at;
 use crate::ground::Footing;
-use crate::route::line_at;
 use crate::town::Town;
 use crate::xodr::{Line, Section};
 
@@ -55,4 +55,34 @@ fn between(section: &Section, one: i32, other: i32, s: f64) -> Line {
     }
     let inner = if one.abs() < other.abs() { one } else { other };
     crate::geometry::strip(section, inner).map_or(Line::None, |strip| line_at(&strip.marks, s))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maps::town_map;
+    use crate::town::town;
+
+    #[test]
+    fn marks_are_crossed_in_their_order() {
+        let town = town(town_map("Town04").unwrap());
+        let network = &town.network;
+        let middle = |id: i32| {
+            let at = network.lane_at(36, id, 40.0).unwrap();
+            let pose = network.pose(at);
+            (at.lane, [pose.x, pose.y, pose.z])
+        };
+        let road = network.lanes[middle(-4).0].road;
+        let crossed = |from: i32, to: i32| crossed(&town, road, middle(from).1, middle(to).1);
+        // At s = 40 of road 36 all lines between its lanes on the right are broken.
+        let (three, two) = (middle(-3).0, middle(-2).0);
+        assert_eq!(crossed(-4, -2), [(Line::Broken, Some(three)), (Line::Broken, Some(two))]);
+        // Then come lane 0 and two shoulders, all behind solid lines but one.
+        let lines: Vec<Line> = crossed(-1, 3).iter().map(|(line, _)| *line).collect();
+        assert_eq!(lines, [Line::Solid, Line::None, Line::Solid]);
+        assert_eq!(crossed(-1, 2)[1], (Line::None, None));
+        assert_eq!(crossed(-3, -3), []);
+        let nowhere = super::crossed(&town, road, middle(-3).1, [1e6, 0.0, 0.0]);
+        assert_eq!(nowhere, []);
+    }
 }

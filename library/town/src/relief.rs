@@ -35,7 +35,7 @@ pub struct Relief {
 }
 
 /// Heights of a map whose raster has at most so many cells; larger maps have none, and are flat.
-const MOST_CELLS: f64 = 4e7;
+const MOST_CELLS: f64 = 1e7;
 
 /// Measures the heights of a town.
 #[must_use]

@@ -12,6 +12,8 @@ use crate::lanes::Network;
 
 /// Most metres of a cell.
 const CELL: f64 = 1.0;
+/// Most cells of a lane.
+const MOST_CELLS: f64 = 1e5;
 /// What is kept free at the ends and at the sides of cars, in metres: more than they move and turn between the poses that
 /// are looked at.
 const MARGIN: [f64; 2] = [0.3, 0.3];
@@ -64,6 +66,8 @@ pub fn space(network: &Network, centres: &[Vec<Point>]) -> Space {
         first.push(cells.len());
         let length = points.last().map_or(0.0, |point| point.along);
         let n_cells = if next[lane].is_empty() { 0.0 } else { (length / CELL).ceil().max(1.0) };
+        // A broken file can have lanes that are far longer than their roads.
+        let n_cells = n_cells.min(MOST_CELLS);
         let starts =
             std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k < n_cells);
         for k in starts {

@@ -161,7 +161,7 @@ pub fn traffic(
     let cells: Vec<usize> = away.iter().flat_map(|body| space.touched(body)).collect();
     held.block(&cells);
     let mut cars: Vec<Car> = Vec::new();
-    for _ in 0..n {
+    for _ in 0..if space.cells.is_empty() { 0 } else { n } {
         let id = cars.len();
         let place = (0..TRIES)
             .map(|_| pick(space.cells.len(), draw))

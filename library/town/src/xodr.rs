@@ -11,7 +11,9 @@ use roxmltree::{Document, Node, ParsingOptions};
 /// No coordinate, length or coefficient of a road is larger: what is, is a broken file.
 const LARGEST: f64 = 1e6;
 /// The roads of a map have at most so many metres together.
-const LONGEST: f64 = 1e6;
+const LONGEST: f64 = 2e5;
+/// And so many square metres.
+const LARGEST_AREA: f64 = 5e6;
 /// A road, a piece of one or a section is at least so long, in metres.
 const SHORTEST: f64 = 1e-9;
 /// A road has at most so many lanes on each side.
@@ -222,19 +224,26 @@ pub fn read_map(text: &str) -> Result<Map, MapError> {
         return Err(wrong(root, "is not `OpenDRIVE`"));
     }
     let (mut roads, mut junctions): (Vec<Road>, Vec<Junction>) = (Vec::new(), Vec::new());
+    let (mut length, mut area) = (0.0, 0.0);
     let mut nodes = BTreeMap::new();
     for node in children(root, "road") {
         let road = road(node)?;
         if nodes.insert(road.id, node).is_some() {
             return Err(wrong(node, "is there twice"));
         }
+        length += road.length;
+        if length > LONGEST {
+            return Err(wrong(node, &format!("is one more than {LONGEST} m of roads")));
+        }
+        area += crate::bounds::area(&road)
+            .map_err(|(s, what)| wrong(node, &format!("{what} at s = {s}")))?;
+        if area > LARGEST_AREA {
+            return Err(wrong(node, &format!("is one more than {LARGEST_AREA} m² of roads")));
+        }
         roads.push(road);
     }
     if roads.is_empty() {
         return Err(wrong(root, "has no `road`"));
-    }
-    if roads.iter().map(|road| road.length).sum::<f64>() > LONGEST {
-        return Err(wrong(root, &format!("has roads of more than {LONGEST} m")));
     }
     for node in children(root, "junction") {
         let id = whole(node, "id")?;
@@ -594,6 +603,23 @@ mod tests {
                 .to_string()
                 .contains("line 11: `road` of road 7 is there twice")
         );
+    }
+
+    #[test]
+    fn roads_that_no_town_has_are_none() {
+        check("a=\"4\"", "a=\"400\"", "line 2: `road` of road 7 has a lane -1 of 400 m at s = 0");
+        check("a=\"4\"", "a=\"-4\"", "has a lane -1 of -4 m");
+        check("a=\"4\" b=\"0\" c=\"0\"", "a=\"4\" b=\"3\" c=\"0\"", "of 202 m at s = 66");
+        check("a=\"4\" b=\"0\" c=\"0\"", "a=\"4\" b=\"0\" c=\"-99\"", "changes too fast");
+        let high = "<elevationProfile><elevation s=\"0\" a=\"99999\" b=\"0\" c=\"0\" d=\"0\"/></elevationProfile><lanes>";
+        check("<lanes>", high, "is at a height of 99999 m at s = 0");
+        check(
+            "<lanes>",
+            "<lanes><laneOffset s=\"0\" a=\"199\" b=\"0\" c=\"0\" d=\"0\"/>",
+            "is wider than 200 m",
+        );
+        let long = SIMPLE.replace("length=\"100\"", "length=\"900000\"");
+        assert!(read_map(&long).unwrap_err().to_string().contains("more than 200000 m of roads"));
     }
 
     #[test]

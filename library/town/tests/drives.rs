@@ -1,8 +1,8 @@
 //! Drives of the expert, and of others who do not drive well.
 
 use ivx_town::{
-    At, Controls, DT, Drive, Happened, Pose, Town, autopilot, drive, route_length, tasks, town,
-    town_map,
+    At, Controls, DT, Drive, Follower, Happened, Pose, Town, autopilot, drive, route_length, tasks,
+    town, town_map,
 };
 
 fn drawn(mut state: u64) -> impl FnMut() -> f64 {
@@ -77,14 +77,14 @@ fn arrivals(name: &str, n: usize, noise: f64) -> usize {
 
 #[test]
 fn the_expert_arrives_in_town_1() {
-    let n_arrived = arrivals("Town01", 60, 0.0);
-    assert!(n_arrived >= 58, "{n_arrived} of 60");
+    let n_arrived = arrivals("Town01", 25, 0.0);
+    assert!(n_arrived >= 24, "{n_arrived} of 25");
 }
 
 #[test]
 fn the_expert_arrives_in_town_3() {
-    let n_arrived = arrivals("Town03", 30, 0.0);
-    assert!(n_arrived >= 28, "{n_arrived} of 30");
+    let n_arrived = arrivals("Town03", 12, 0.0);
+    assert!(n_arrived >= 11, "{n_arrived} of 12");
 }
 
 #[test]
@@ -151,6 +151,31 @@ fn who_stands_is_not_hit_and_keeps_nobody_for_ever() {
     }
     let n_gone = moved.iter().filter(|moved| **moved > 100.0).count();
     assert!(n_gone > 40, "{n_gone} of 60 drove on");
+}
+
+/// The controllers of CARNOVEL's agents keep to a route, if set-points are on it.
+#[test]
+fn set_points_are_followed() {
+    let town = town(town_map("Town01").expect("it is ours"));
+    let mut draw = drawn(8);
+    for _ in 0..4 {
+        let [from, to] = [place(&town, &mut draw), place(&town, &mut draw)];
+        let mut drive = drive(&town, &from, &to, 0, &mut draw).expect("there is a route");
+        let mut follower = Follower::default();
+        let mut n_wrong = 0;
+        while drive.step < 6_000 {
+            // At 18 km/h the fifth of set-points 1/20 s apart is a little nearer.
+            let set_point = drive.route[(drive.at + 3).min(drive.route.len() - 1)].pose;
+            let ego = drive.ego;
+            let controls = follower.follow(&ego.pose, ego.speed, 5.0, [set_point.x, set_point.y]);
+            let happened = drive.step(&town, &controls, &mut draw);
+            n_wrong += usize::from(happened.is_infraction());
+            if happened.has_arrived {
+                break;
+            }
+        }
+        assert_eq!((n_wrong, drive.step < 6_000), (0, true));
+    }
 }
 
 #[test]
