@@ -1,7 +1,7 @@
 //! Whether a road can be one: files may have numbers of which towns cannot be made.
 
 use crate::geometry::cubic;
-use crate::xodr::{Cubic, Road, Strip};
+use crate::map::{Cubic, Road, Strip};
 
 /// Metres between places that are looked at.
 const STEP: f64 = 1.0;

@@ -2,7 +2,7 @@
 
 use crate::geometry::strip;
 use crate::lanes::Network;
-use crate::xodr::{Line, Mark};
+use crate::map::{Line, Mark};
 
 /// Metres in which a car goes to the lane beside its own, if there are as many.
 pub(crate) const CHANGE: f64 = 15.0;

@@ -3,13 +3,13 @@
 use crate::body::Body;
 use crate::car::{Ego, driven};
 use crate::geometry::{Pose, wrapped};
+use crate::map::Line;
 use crate::marks::crossed;
 use crate::pid::Controls;
 use crate::route::{RouteError, Waypoint};
 use crate::town::Town;
 use crate::traffic::{Traffic, traffic};
 use crate::way::{Way, way};
-use crate::xodr::Line;
 
 /// Steps before the agent acts, in which its brakes hold it.
 const WARM_UP: usize = 50;

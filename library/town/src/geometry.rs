@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use crate::xodr::{Cubic, Kind, Piece, Road, Section, Strip};
+use crate::map::{Cubic, Kind, Piece, Road, Section, Strip};
 
 /// A place in the town and a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

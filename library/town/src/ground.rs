@@ -2,7 +2,7 @@
 
 use crate::geometry::{cubic, is_paved, onto, pose};
 use crate::grid::Grid;
-use crate::xodr::{Kind, Map, Piece, Road, Section};
+use crate::map::{Kind, Map, Piece, Road, Section};
 
 /// Most metres of road that are looked at together.
 const STRETCH: f64 = 5.0;
@@ -73,7 +73,7 @@ fn around(road: &Road, section: &Section, [from, to]: [f64; 2]) -> [f64; 4] {
     let mut b = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     for s in [from, f64::midpoint(from, to), to] {
         let offset = cubic(&road.lane_offset, s).0;
-        let side = |strips: &[crate::xodr::Strip]| -> f64 {
+        let side = |strips: &[crate::map::Strip]| -> f64 {
             strips.iter().map(|strip| cubic(&strip.widths, s - section.s).0).sum()
         };
         for t in [offset + side(&section.left), offset - side(&section.right)] {

@@ -2,7 +2,7 @@
 
 use crate::geometry::{cubic, is_paved, pose, side};
 use crate::ground::Ground;
-use crate::xodr::Map;
+use crate::map::Map;
 
 /// Most metres of a segment.
 const STEP: f64 = 2.0;
@@ -30,7 +30,7 @@ pub fn kerbs(map: &Map, ground: &Ground) -> Vec<Kerb> {
                 let at = |s: f64, beyond: f64| {
                     // Just before the end the offset is still that of the section.
                     let s = s.min(end - 1e-9).max(section.s);
-                    let width = |strip: &crate::xodr::Strip| cubic(&strip.widths, s - section.s).0;
+                    let width = |strip: &crate::map::Strip| cubic(&strip.widths, s - section.s).0;
                     let out: f64 = strips[..n_paved].iter().map(width).sum();
                     let t = cubic(&road.lane_offset, s).0 + sign * (out + beyond);
                     let pose = pose(road, s, t, 0.0, false);

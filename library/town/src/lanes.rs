@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::geometry::{Across, Pose, across, pose};
-use crate::xodr::{Connection, End, Kind, Link, Map, Road};
+use crate::map::{Connection, End, Kind, Link, Map, Road};
 
 /// Most lanes that are entered to find what is ahead.
 const MOST_ENTERED: usize = 10_000;

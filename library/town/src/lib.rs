@@ -13,6 +13,7 @@ mod ground;
 mod kerbs;
 mod lanes;
 mod lidar;
+mod map;
 mod maps;
 mod marks;
 mod pid;
@@ -36,6 +37,9 @@ pub use ground::{Footing, Ground, ground};
 pub use kerbs::{Kerb, kerbs};
 pub use lanes::{At, Lane, Network, network};
 pub use lidar::{Lidar, MOST_POINTS, SIDE, picture, scan};
+pub use map::{
+    Connection, Cubic, End, Junction, Kind, Line, Link, Map, Mark, Piece, Road, Section, Strip,
+};
 pub use maps::{town_map, town_names};
 pub use marks::crossed;
 pub use pid::{Controls, Follower, Pid};
@@ -46,7 +50,4 @@ pub use space::{Cell, Space, space};
 pub use tasks::{Task, tasks};
 pub use town::{Town, town};
 pub use traffic::{Car, DT, Traffic, traffic};
-pub use xodr::{
-    Connection, Cubic, End, Junction, Kind, Line, Link, Map, MapError, Mark, Piece, Road, Section,
-    Strip, read_map,
-};
+pub use xodr::{MapError, read_map};

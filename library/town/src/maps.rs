@@ -4,7 +4,8 @@ use std::io::Read;
 
 use flate2::read::GzDecoder;
 
-use crate::xodr::{Map, MapError, read_map};
+use crate::map::Map;
+use crate::xodr::{MapError, read_map};
 
 /// Names of the towns, and their `OpenDRIVE` files, packed by gzip. `maps/README.md` says where they are from.
 const TOWNS: [(&str, &[u8]); 5] = [

@@ -2,8 +2,8 @@
 
 use crate::change::line_at;
 use crate::ground::Footing;
+use crate::map::{Line, Section};
 use crate::town::Town;
-use crate::xodr::{Line, Section};
 
 /// Marks between two places near each other, in the order in which they are crossed, and the lane behind each, if cars drive
 /// there.

@@ -12,7 +12,7 @@
 
 use crate::geometry::is_paved;
 use crate::ground::Ground;
-use crate::xodr::Map;
+use crate::map::Map;
 
 /// Side of a cell, in metres.
 pub(crate) const CELL: f64 = 0.5;

@@ -4,11 +4,11 @@ use crate::centre::{Point, centre};
 use crate::geometry::Pose;
 use crate::ground::{Ground, ground};
 use crate::lanes::{At, Network, network};
+use crate::map::Map;
 use crate::project::{Nearest, nearest};
 use crate::relief::{Relief, relief};
 use crate::route::{RouteError, Waypoint, route};
 use crate::space::{Space, space};
-use crate::xodr::Map;
 
 /// A map, and what was measured of it.
 #[derive(Clone, Debug)]

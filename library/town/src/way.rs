@@ -10,6 +10,9 @@ use crate::traffic::Held;
 
 /// What is kept free at the ends and the sides of the agent's car, in metres: it does not follow its route exactly.
 const MARGIN: [f64; 2] = [0.3, 0.3];
+/// Points before and behind one where the route goes to another lane on which it is in the way of cars on both.
+const BEFORE: usize = 3;
+const CHANGE: usize = 18;
 /// Steps that it may stand although it need not, before a crossing is no longer kept for it.
 const PATIENCE: u32 = 100;
 /// Steps of waiting after which others may not take the crossing that it waits for; after as many more they may, and so on:
@@ -43,7 +46,15 @@ pub(crate) fn way(space: &Space, route: &[Waypoint]) -> Way {
         let own: Vec<&usize> = touched[k].iter().filter(on_lane).collect();
         own.get(own.len() / 2).is_some_and(|cell| space.cells[**cell].is_contested)
     };
-    let crossing = (0..route.len()).map(crosses).collect();
+    let mut crossing: Vec<bool> = (0..route.len()).map(crosses).collect();
+    // Who goes to the lane beside its own is in the way of two, and must not stop there either.
+    for (k, pair) in route.windows(2).enumerate() {
+        let [before, behind] = [pair[0].lane, pair[1].lane];
+        if before != behind && !space.in_line(before).contains(&behind) {
+            let end = (k + CHANGE).min(route.len());
+            crossing[k.saturating_sub(BEFORE)..end].fill(true);
+        }
+    }
     Way { touched, crossing, held: [0, 0], claimed: [0, 0], idle: 0, waits: 0 }
 }
 
