@@ -35,6 +35,8 @@ const SPARE: f64 = 1.0;
 const IMPATIENT: u32 = 100;
 /// Steps of waiting after which another way is looked for.
 const LOST: u32 = 400;
+/// Most cells of a crossing.
+const MOST_CROSSED: usize = 1_000;
 /// How often a place for a car is looked for.
 const TRIES: usize = 100;
 /// What nobody holds.
@@ -57,6 +59,8 @@ pub struct Car {
     likes: f64,
     /// Cells that it holds, from that of its middle on.
     holds: VecDeque<usize>,
+    /// Which of its lanes the last of them is on.
+    reached: usize,
     /// Metres from its middle to the end of what it holds.
     room: f64,
     /// Steps that it has stood still.
@@ -176,6 +180,7 @@ pub fn traffic(
             along: at.along,
             likes: SPEEDS[0] + draw() * (SPEEDS[1] - SPEEDS[0]),
             holds: VecDeque::from([cell]),
+            reached: 0,
             room: at.length,
             waits: 0,
         });
@@ -256,13 +261,11 @@ fn take(
     held: &mut Held,
     draw: &mut dyn FnMut() -> f64,
 ) -> bool {
-    let last = car.holds[car.holds.len() - 1];
     let mut wanted: Vec<usize> = Vec::new();
-    let mut from = last;
-    let mut lane = car.lanes.iter().rposition(|lane| *lane == space.cells[last].lane).unwrap_or(0);
-    loop {
-        let cells = space.of_lane(car.lanes[lane]);
-        let next = if from + 1 < cells.end && cells.contains(&from) {
+    let mut from = car.holds[car.holds.len() - 1];
+    let mut lane = car.reached;
+    while wanted.len() < MOST_CROSSED {
+        let next = if from + 1 < space.of_lane(car.lanes[lane]).end {
             from + 1
         } else {
             if lane + 1 == car.lanes.len() {
@@ -279,7 +282,8 @@ fn take(
         from = next;
     }
     let crossing = wanted.len() > 1;
-    let free = wanted.iter().all(|cell| held.is_free(space, *cell, id));
+    let is_open = |cell: &usize| held.by[*cell] == NOBODY && held.is_free(space, *cell, id);
+    let free = wanted.iter().all(is_open);
     let claims = (car.waits / IMPATIENT) % 2 == 1;
     if free && (!crossing || wanted.iter().all(|cell| held.is_unclaimed(space, *cell, id))) {
         for cell in wanted {
@@ -290,6 +294,7 @@ fn take(
             car.room += space.cells[cell].length;
             car.holds.push_back(cell);
         }
+        car.reached = lane;
         return true;
     }
     if crossing && car.waits >= IMPATIENT {
@@ -304,8 +309,7 @@ fn take(
         }
     }
     if car.waits > 0 && car.waits.is_multiple_of(LOST) {
-        let kept = car.lanes.iter().rposition(|lane| *lane == space.cells[last].lane).unwrap_or(0);
-        car.lanes.truncate(kept + 1);
+        car.lanes.truncate(car.reached + 1);
     }
     false
 }
@@ -325,6 +329,7 @@ fn drive(car: &mut Car, speed: f64, space: &Space, held: &mut Held) {
         if next.along == 0.0 && (next.lane != cell.lane || car.holds[1] <= car.holds[0]) {
             car.along -= cell.along + cell.length;
             car.lanes.pop_front();
+            car.reached -= 1;
         }
         held.by[car.holds[0]] = NOBODY;
         car.holds.pop_front();
