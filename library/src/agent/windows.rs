@@ -55,10 +55,9 @@ fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
             }
         }
     }
-    let (Some((sees, _)), sees_of) = (shown_by(shapes), facts.arg("sees").unwrap_or_default()) else {
-        return Ok(());
-    };
-    match chosen(&sees, &sees_of) {
+    let Some((sees, _)) = shown_by(shapes) else { return Ok(()) };
+    let wanted: Vec<String> = facts.arg("sees").unwrap_or_default();
+    match chosen(&sees, &wanted) {
         Ok(_) => Ok(()),
         Err(Misfit { message, help }) => wrong("sees", message, help),
     }
@@ -66,7 +65,8 @@ fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
 
 fn of_plans(facts: &Facts<'_>) -> Option<Shapes> {
     let (sees, _) = shown_by(facts.shapes("of")?)?;
-    let order = chosen(&sees, &facts.arg("sees").unwrap_or_default()).ok()?;
+    let wanted: Vec<String> = facts.arg("sees").unwrap_or_default();
+    let order = chosen(&sees, &wanted).ok()?;
     let places: Vec<String> = facts.arg("places")?;
     Some(form(&sees, &order, [facts.arg("steps")?, places.len()]).shapes())
 }
@@ -77,7 +77,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The places of the fields that are seen, the first image before all others.
-fn chosen(fields: &[Field], wanted: &[String]) -> Result<Vec<usize>, Misfit> {
+pub(super) fn chosen(fields: &[Field], wanted: &[String]) -> Result<Vec<usize>, Misfit> {
     let named = |name: &String| fields.iter().position(|field| field.name == *name);
     if let Some(name) = wanted.iter().find(|name| named(name).is_none()) {
         let all: Vec<String> = fields.iter().map(|field| field.name.clone()).collect();
@@ -95,7 +95,7 @@ fn chosen(fields: &[Field], wanted: &[String]) -> Result<Vec<usize>, Misfit> {
 }
 
 /// What an observation is: an image and numbers beside it, or a vector of all.
-fn form(fields: &[Field], order: &[usize], [steps, dims]: [usize; 2]) -> Form {
+pub(super) fn form(fields: &[Field], order: &[usize], [steps, dims]: [usize; 2]) -> Form {
     let all: usize = order.iter().map(|i| fields[*i].spread()).sum();
     let input = match order.first().map(|i| &fields[*i].shape[..]) {
         Some(shape @ [_, _, _]) => shape.to_vec(),

@@ -29,6 +29,7 @@ mod sample;
 mod scene;
 mod sinusoids;
 mod support_distance;
+mod town;
 mod twister;
 mod worlds;
 
@@ -71,6 +72,7 @@ pub use sample::Sample;
 pub use scene::Scene;
 pub use sinusoids::Sinusoids;
 pub use support_distance::SupportDistance;
+pub use town::{Carnovel, Town};
 pub use worlds::Worlds;
 
 /// A reward that is uncertain by chance.
@@ -212,8 +214,8 @@ tables! {
     places: Points = "Points" { Grid, Grids, Mapped }
     tasks: Task = "Task" { Copying, Glyphs }
     pub envs: Env = "Env" {
-        Acrobot, CartPole, Chain, CoinGrid, ComputedMdp, FruitGrid, GoalWorld, GridMap, Gridworld, Highway, Minatar, MountainCar,
-        MountainCarContinuous, Pendulum, Rewarded, Roundabout, WrittenMdp
+        Acrobot, Carnovel, CartPole, Chain, CoinGrid, ComputedMdp, FruitGrid, GoalWorld, GridMap, Gridworld, Highway, Minatar, MountainCar,
+        MountainCarContinuous, Pendulum, Rewarded, Roundabout, Town, WrittenMdp
     }
 }
 

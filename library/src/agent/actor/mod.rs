@@ -1,10 +1,12 @@
 //! Who acts in worlds of any kind.
 
+mod autopilot;
 mod gpi;
 mod imitated;
 mod mpc;
 mod noisy;
 mod random;
+mod rip;
 mod softened;
 mod tabular;
 mod trained;
@@ -16,12 +18,14 @@ use ivx_data::Misfit;
 use ivx_op::{Parts, family};
 use ivx_world::Spec;
 
+pub use autopilot::Autopilot;
 pub use gpi::Gpi;
 pub use imitated::Imitated;
 pub(crate) use imitated::known;
 pub use mpc::Mpc;
 pub use noisy::Noisy;
 pub use random::Random;
+pub use rip::Rip;
 pub use softened::Softened;
 pub use tabular::Tabular;
 pub use trained::Trained;
@@ -56,6 +60,8 @@ pub(super) fn actors() -> &'static Parts<dyn Actor> {
             .with(|x: Gpi| Box::new(x))
             .with(|x: Mpc| Box::new(x))
             .with(|x: Noisy| Box::new(x))
+            .with(|x: Autopilot| Box::new(x))
+            .with(|x: Rip| Box::new(x))
     });
     &TABLE
 }

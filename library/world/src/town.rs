@@ -1,0 +1,333 @@
+//! Driving in towns: those of CARLA (Dosovitskiy et al., 2017) by their road maps, and the tasks of CARNOVEL.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+
+use ivx_data::{Act, Actions, End, Field, Kind, Misfit, Outline, Picture, Shape};
+use ivx_op::{Facts, OpError, Wrong, declare};
+use ivx_town::{
+    BREADTH, Body, Controls, Drive, Happened, LENGTH, Lidar, N_GOALS, Pose, SIDE, Task,
+    Town as Streets, autopilot, drive, picture, route_length, scan, tasks, town, town_map,
+    town_names,
+};
+
+use crate::env::{Env, Row, Spec, World};
+use crate::luck::Luck;
+
+declare! {
+    /// A town of CARLA by its road map, with a car to drive on a route that is drawn, of 100 to 350 metres, among others.
+    ///
+    /// A step is a twentieth of a second. What is seen: `lidar`, a picture from above of points on the ground and of those
+    /// above it, at most 5 of each in a cell, forward from 50 m behind and to the right from 50 m at the left; `velocity`, in
+    /// metres a second forward, aside and up; `goals`, points of the route ahead, 2 m apart, forward and to the right of the
+    /// car. An action is a pedal, the throttle above 0 and the brake below, and the steering wheel, to the right above 0. To
+    /// arrive pays 1 and to collide -1, and both end the drive. Cars are kinematic and others follow rules; there are no
+    /// traffic lights, houses or people. `docs/agents.md` has more.
+    pub struct Town = "town" @ 1 {
+        /// Which: `Town01` to `Town05`.
+        name: String = "Town01";
+        /// How many others drive there; fewer where there is no room.
+        cars: usize = 100, in 0.0..=1000.0;
+        /// How many cells a side of the picture has: a divisor of 200.
+        cells: usize = 200, in 1.0..=200.0;
+        /// Whether `expert` is seen, too: what the rule-based expert would do, for `autopilot`.
+        expert: bool = false;
+        /// After how many steps a drive is cut off.
+        limit: u64 = 1_500, in 1.0..;
+    }
+    rule is_a_town;
+}
+
+declare! {
+    /// A task of CARNOVEL (Filos et al., 2020; §A.1): to drive from one place of a town to another, as in `town`.
+    ///
+    /// There are `AbnormalTurns0` to 6, `BusyTown0` to 10, `Hills0` to 3, `Roundabouts0` to 4, and of our own `Ramps0` to 7: in
+    /// the maps the roads of the hills are flat.
+    pub struct Carnovel = "carnovel" @ 1 {
+        /// The task.
+        task: String;
+        /// How many others drive there; fewer where there is no room.
+        cars: usize = 100, in 0.0..=1000.0;
+        /// How many cells a side of the picture has: a divisor of 200.
+        cells: usize = 200, in 1.0..=200.0;
+        /// Whether `expert` is seen, too: what the rule-based expert would do, for `autopilot`.
+        expert: bool = false;
+        /// After how many steps a drive is cut off.
+        limit: u64 = 1_500, in 1.0..;
+    }
+    rule is_a_task;
+}
+
+fn is_a_town(facts: &Facts<'_>) -> Result<(), Wrong> {
+    divides(facts)?;
+    let name: String = facts.arg("name").unwrap_or_default();
+    if town_names().contains(&name.as_str()) {
+        return Ok(());
+    }
+    let message = format!("there is no town `{name}`");
+    Err(Wrong { arg: "name", message, help: format!("there are {}", town_names().join(", ")) })
+}
+
+fn is_a_task(facts: &Facts<'_>) -> Result<(), Wrong> {
+    divides(facts)?;
+    let name: String = facts.arg("task").unwrap_or_default();
+    let all = tasks();
+    if all.iter().any(|task| task.name == name) {
+        return Ok(());
+    }
+    let names: Vec<&str> = all.iter().map(|task| task.name.as_str()).collect();
+    let message = format!("there is no task `{name}`");
+    Err(Wrong { arg: "task", message, help: format!("there are {}", names.join(", ")) })
+}
+
+fn divides(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match facts.arg::<usize>("cells") {
+        Some(cells) if !SIDE.is_multiple_of(cells.max(1)) => Err(Wrong {
+            arg: "cells",
+            message: format!("{SIDE} cells cannot be put together to {cells}"),
+            help: "use 25, 40, 50, 100 or 200".to_owned(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// What is told of a step.
+const TELLS: [&str; 12] = [
+    "x", "y", "yaw", "speed", "metres", "arrived", "infraction", "vehicle", "edge", "lane", "off_road",
+    "success",
+];
+
+/// Metres of routes that are drawn.
+const ROUTES: [f64; 2] = [100.0, 350.0];
+
+/// Height up to which points are on the ground, from the sensor.
+const SPLIT: f32 = -2.45;
+
+fn spec(cells: usize, expert: bool, limit: u64) -> Spec {
+    let mut sees = vec![
+        Field::new("lidar", &[2, cells, cells], Kind::U8),
+        Field::new("velocity", &[3], Kind::F32),
+        Field::new("goals", &[N_GOALS, 2], Kind::F32),
+    ];
+    sees.extend(expert.then(|| Field::new("expert", &[2], Kind::F32)));
+    Spec {
+        sees,
+        does: Actions::Continuous { low: vec![-1.0; 2], high: vec![1.0; 2] },
+        tells: TELLS.map(str::to_owned).to_vec(),
+        limit: Some(limit),
+    }
+}
+
+/// A town that was measured once.
+fn measured(name: &str) -> Result<Arc<Streets>, OpError> {
+    static TOWNS: LazyLock<Mutex<BTreeMap<String, Arc<Streets>>>> = LazyLock::new(Mutex::default);
+    let mut towns = TOWNS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(found) = towns.get(name) {
+        return Ok(Arc::clone(found));
+    }
+    let map = town_map(name).ok_or_else(|| OpError::Failed(format!("there is no town `{name}`")))?;
+    let found = Arc::new(town(map));
+    towns.insert(name.to_owned(), Arc::clone(&found));
+    Ok(found)
+}
+
+impl Env for Town {
+    fn spec(&self) -> Result<Spec, Misfit> {
+        Ok(spec(self.cells, self.expert, self.limit))
+    }
+
+    fn open(&self) -> Result<Box<dyn World>, OpError> {
+        let streets = measured(&self.name)?;
+        let Self { cars, cells, expert, .. } = *self;
+        Ok(Box::new(Driving { streets, task: None, cars, cells, expert, drive: None, clean: true }))
+    }
+
+    fn is_drawn(&self) -> bool {
+        true
+    }
+}
+
+impl Env for Carnovel {
+    fn spec(&self) -> Result<Spec, Misfit> {
+        Ok(spec(self.cells, self.expert, self.limit))
+    }
+
+    fn open(&self) -> Result<Box<dyn World>, OpError> {
+        let task = tasks().into_iter().find(|task| task.name == self.task);
+        let task =
+            task.ok_or_else(|| OpError::Failed(format!("there is no task `{}`", self.task)))?;
+        let streets = measured(&task.town)?;
+        let Self { cars, cells, expert, .. } = *self;
+        let task = Some(task);
+        Ok(Box::new(Driving { streets, task, cars, cells, expert, drive: None, clean: true }))
+    }
+
+    fn is_drawn(&self) -> bool {
+        true
+    }
+}
+
+/// A drive in a town.
+struct Driving {
+    streets: Arc<Streets>,
+    task: Option<Task>,
+    cars: usize,
+    cells: usize,
+    expert: bool,
+    drive: Option<Drive>,
+    /// Whether nothing was wrong so far.
+    clean: bool,
+}
+
+impl Driving {
+    fn begin(&self, luck: &mut Luck) -> Drive {
+        let mut draw = || luck.unit();
+        let streets = &*self.streets;
+        if let Some(task) = &self.task {
+            return drive(streets, &task.origin, &task.destination, self.cars, &mut draw)
+                .expect("a test drives every task");
+        }
+        loop {
+            let [from, to] = [(); 2].map(|()| somewhere(streets, &mut draw));
+            let Ok(route) = streets.route(&from, &to) else { continue };
+            if route_length(&route) < ROUTES[0] {
+                continue;
+            }
+            let end = route.iter().position(|point| {
+                point.pose.distance(&route[0].pose) > ROUTES[1]
+            });
+            let end = route[end.unwrap_or(route.len() - 1)].pose;
+            if let Ok(found) = drive(streets, &from, &end, self.cars, &mut draw) {
+                return found;
+            }
+        }
+    }
+
+    fn show(&self, row: &mut Row<'_>) {
+        let Some(drive) = &self.drive else { return };
+        let pose = &drive.ego.pose;
+        let cars: Vec<Body> =
+            drive.traffic.cars.iter().map(|car| Body::car(car.pose, [0.0, 0.0])).collect();
+        let points = scan(&Lidar::default(), &self.streets.relief, pose, &cars);
+        let whole = picture(&points, SPLIT);
+        let (cells, pool) = (self.cells, SIDE / self.cells);
+        let seen = row.bytes(0);
+        seen.fill(0);
+        for (i, n) in whole.iter().enumerate() {
+            let (at, channel) = (i / 2, i % 2);
+            let (y, x) = (at / SIDE / pool, at % SIDE / pool);
+            let cell = &mut seen[(channel * cells + y) * cells + x];
+            *cell = (*cell).max(*n);
+        }
+        let speed = drive.ego.speed;
+        let velocity = [speed * pose.pitch.cos(), 0.0, speed * pose.pitch.sin()];
+        row.numbers(1).iter_mut().zip(velocity).for_each(|(to, x)| *to = single(x));
+        let goals = drive.goals();
+        row.numbers(2).iter_mut().zip(goals.as_flattened()).for_each(|(to, x)| *to = single(*x));
+        if self.expert {
+            let Controls { throttle, brake, steer } = autopilot(drive, 0.0, &mut || 0.0);
+            let acts = [throttle - brake, steer];
+            row.numbers(3).iter_mut().zip(acts).for_each(|(to, x)| *to = single(x));
+        }
+    }
+
+    fn tell(&self, happened: &Happened, row: &mut Row<'_>) {
+        let Some(drive) = &self.drive else { return };
+        let is = |it: bool| f64::from(u8::from(it));
+        let Pose { x, y, yaw, .. } = drive.ego.pose;
+        let told = [
+            x,
+            y,
+            yaw,
+            drive.ego.speed,
+            happened.moved,
+            is(happened.has_arrived),
+            is(happened.is_infraction()),
+            is(happened.hits_vehicle),
+            is(happened.hits_edge),
+            is(happened.invades_lane),
+            is(happened.is_off_road),
+            is(happened.has_arrived && self.clean),
+        ];
+        row.told().iter_mut().zip(told).for_each(|(to, x)| *to = single(x));
+    }
+}
+
+/// The pose of a place on a lane that is drawn, all metres of all lanes being as probable.
+fn somewhere(streets: &Streets, draw: &mut dyn FnMut() -> f64) -> Pose {
+    let driven = (0..streets.centres.len()).filter(|lane| streets.network.is_driven(*lane));
+    let long = |lane: usize| streets.centres[lane].last().map_or(0.0, |point| point.along);
+    let all: f64 = driven.clone().map(long).sum();
+    let mut left = draw() * all;
+    let mut last = 0;
+    for lane in driven {
+        last = lane;
+        if left < long(lane) {
+            break;
+        }
+        left -= long(lane);
+    }
+    ivx_town::pose_along(&streets.centres[last], left)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "what is seen is of single precision")]
+fn single(x: f64) -> f32 {
+    x as f32
+}
+
+impl World for Driving {
+    fn reset(&mut self, luck: &mut Luck, row: &mut Row<'_>) {
+        self.drive = Some(self.begin(luck));
+        self.clean = true;
+        self.show(row);
+        self.tell(&Happened::default(), row);
+    }
+
+    fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
+        let [pedal, steer] = *act.vector() else { panic!("an action is a pedal and a wheel") };
+        let (pedal, steer) = (f64::from(pedal), f64::from(steer));
+        let controls = Controls { throttle: pedal.max(0.0), brake: (-pedal).max(0.0), steer };
+        let drive = self.drive.as_mut().expect("a drive began");
+        let happened = drive.step(&self.streets, &controls, &mut || luck.unit());
+        self.clean &= !happened.is_infraction();
+        self.show(row);
+        self.tell(&happened, row);
+        match (happened.hits_vehicle || happened.hits_edge, happened.has_arrived) {
+            (true, _) => (-1.0, End::Terminal),
+            (false, true) => (1.0, End::Terminal),
+            (false, false) => (0.0, End::No),
+        }
+    }
+
+    /// A hundred metres about the car: the edges of roads, the route, and all cars.
+    fn draw(&self) -> Option<Picture> {
+        let drive = self.drive.as_ref()?;
+        let Pose { x, y, .. } = drive.ego.pose;
+        let half = 50.0;
+        let at = |[px, py]: [f64; 2]| [px - x + half, py - y + half];
+        let near = |[px, py]: [f64; 2]| (px - x).abs() < 2.0 * half && (py - y).abs() < 2.0 * half;
+        let mut shapes = Vec::new();
+        let map = &self.streets.network.map;
+        for [[ax, ay, _], [bx, by, _]] in ivx_town::kerbs(map, &self.streets.ground) {
+            if near([ax, ay]) {
+                let line = vec![at([ax, ay]), at([bx, by])];
+                shapes.push(Shape { outline: Outline::Line(line, 0.4), colour: [120, 120, 120] });
+            }
+        }
+        let route = drive.route[drive.at..].iter().map(|point| [point.pose.x, point.pose.y]);
+        let route: Vec<_> = route.take_while(|place| near(*place)).map(at).collect();
+        if route.len() > 1 {
+            shapes.push(Shape { outline: Outline::Line(route, 0.6), colour: [150, 190, 240] });
+        }
+        let mut car = |pose: &Pose, colour: [u8; 3]| {
+            if near([pose.x, pose.y]) {
+                let outline =
+                    Outline::rectangle(at([pose.x, pose.y]), [LENGTH, BREADTH], pose.yaw);
+                shapes.push(Shape { outline, colour });
+            }
+        };
+        drive.traffic.cars.iter().for_each(|other| car(&other.pose, [90, 90, 90]));
+        car(&drive.ego.pose, [200, 60, 40]);
+        Some(Picture { size: [2.0 * half; 2], shapes })
+    }
+}
