@@ -41,8 +41,7 @@ fn main() {
                 let controls = autopilot(&drive, 0.0, &mut draw);
                 black_box(drive.step(&town, &controls, &mut draw));
                 if sees {
-                    let cars = drive.traffic.cars.iter().map(|car| Body::car(car.pose, [0.0, 0.0]));
-                    let cars: Vec<Body> = cars.collect();
+                    let cars: Vec<Body> = drive.traffic.bodies().collect();
                     let points = scan(&Lidar::default(), &town.relief, &drive.ego.pose, &cars);
                     black_box(picture(&points, -2.4));
                 }

@@ -121,11 +121,10 @@ impl Drive {
         let moved = before.distance(&pose);
         self.distance += moved;
         let own = Body::car(pose, [0.0, 0.0]);
-        let mut cars = self.traffic.cars.iter();
         let height = |point: [f64; 2]| town.relief.height(point, pose.z);
         let footing = town.ground.below(&town.network.map, [pose.x, pose.y, pose.z]);
         Happened {
-            hits_vehicle: cars.any(|car| own.overlaps(&Body::car(car.pose, [0.0, 0.0]))),
+            hits_vehicle: self.traffic.bodies().any(|car| own.overlaps(&car)),
             hits_edge: wheels(&pose).iter().any(|wheel| height(*wheel).is_none()),
             invades_lane: self.invades(town, &before),
             is_off_road: match footing {

@@ -201,6 +201,11 @@ fn pick(n: usize, draw: &mut dyn FnMut() -> f64) -> usize {
 }
 
 impl Traffic {
+    /// What the cars take up.
+    pub fn bodies(&self) -> impl Iterator<Item = Body> + '_ {
+        self.cars.iter().map(|car| Body::car(car.pose, [0.0, 0.0]))
+    }
+
     /// Lets all cars drive for `DT` seconds.
     ///
     /// - `centres`: of each lane.

@@ -53,7 +53,7 @@ fn try_to_drive(text: &str) -> bool {
         let _ = town.network.ahead(town.network.start(lane), 500.0);
     }
     let [from, to] = [Pose { y: 18.0, ..Pose::default() }, Pose { y: -18.0, ..Pose::default() }];
-    let bodies: Vec<Body> = cars.cars.iter().map(|car| Body::car(car.pose, [0.0; 2])).collect();
+    let bodies: Vec<Body> = cars.bodies().collect();
     let _ = picture(&scan(&Lidar::default(), &town.relief, &from, &bodies), -2.4);
     if let Ok(mut drive) = drive(&town, &from, &to, 3, &mut draw) {
         for _ in 0..20 {

@@ -25,7 +25,7 @@ fn check(name: &str, least: f64) {
     for step in 0..n_steps {
         let before: Vec<Pose> = traffic.cars.iter().map(|car| car.pose).collect();
         traffic.step(&town.space, &town.centres, &mut draw);
-        let bodies: Vec<Body> = traffic.cars.iter().map(|car| body(car.pose)).collect();
+        let bodies: Vec<Body> = traffic.bodies().collect();
         for (i, one) in bodies.iter().enumerate() {
             let touched = bodies[..i].iter().position(|other| one.overlaps(other));
             assert_eq!(touched, None, "car {i} of {name} at step {step}");
