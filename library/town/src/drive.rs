@@ -121,15 +121,18 @@ impl Drive {
         let moved = before.distance(&pose);
         self.distance += moved;
         let own = Body::car(pose, [0.0, 0.0]);
-        let height = |point: [f64; 2]| town.relief.height(point, pose.z);
-        let footing = town.ground.below(&town.network.map, [pose.x, pose.y, pose.z]);
+        let below = |[x, y]: [f64; 2]| town.ground.below(&town.network.map, [x, y, pose.z]);
+        // Cells of the raster are coarse at edges, and roads have gaps between them that are filled there.
+        let is_beside =
+            |point: [f64; 2]| town.relief.height(point, pose.z).is_none() && below(point).is_none();
+        let middle = [pose.x, pose.y];
         Happened {
             hits_vehicle: self.traffic.bodies().any(|car| own.overlaps(&car)),
-            hits_edge: wheels(&pose).iter().any(|wheel| height(*wheel).is_none()),
+            hits_edge: wheels(&pose).into_iter().any(is_beside),
             invades_lane: self.invades(town, &before),
-            is_off_road: match footing {
+            is_off_road: match below(middle) {
                 Some(footing) => !crate::geometry::is_paved(footing.kind),
-                None => height([pose.x, pose.y]).is_none(),
+                None => is_beside(middle),
             },
             moved,
             has_arrived: pose.distance(&self.destination) < ARRIVED,
