@@ -220,7 +220,7 @@ impl<F: Real> Scorer<F> {
             let items = step.before.chunks_exact_mut(units);
             let items = items.zip(step.of_state.chunks_exact_mut(width));
             for (item, (before, of_state)) in items.enumerate() {
-                let row = (first + item) / n;
+                let row = ((first + item) / n).min(self.rows - 1);
                 before.copy_from_slice(&seen.first.after[row * units..][..units]);
                 of_state.copy_from_slice(&seen.of_state[row * width..][..width]);
             }
@@ -322,13 +322,27 @@ impl<F: Real> Scorer<F> {
     pub fn plans(&mut self, k: usize, noise: &mut [F], n: usize) {
         let (len, items) = (self.len(), self.rows * n);
         assert_eq!(noise.len(), items * len, "noise for every step");
-        let dims = self.members[k].dims();
-        self.make_room(items);
+        let at_once = if n == 1 { items } else { items.min(AT_ONCE) };
+        self.make_room(at_once);
+        let mut part = std::mem::take(&mut self.moved);
+        for (i, noise) in noise.chunks_mut(at_once * len).enumerate() {
+            part.clear();
+            part.extend(&*noise);
+            // What does not fill the room is made with others that are nothing.
+            part.resize(at_once * len, F::zero());
+            self.make(k, &mut part, (i * at_once, n));
+            noise.copy_from_slice(&part[..noise.len()]);
+        }
+        self.moved = part;
+    }
+
+    fn make(&mut self, k: usize, noise: &mut [F], (first, n): (usize, usize)) {
+        let (len, dims) = (self.len(), self.members[k].dims());
         for t in 0..self.steps {
-            self.advance(k, t, noise, (0, n));
+            self.advance(k, t, noise, (first, n));
             for (item, plan) in noise.chunks_exact_mut(len).enumerate() {
                 let (shift, raw) = if t == 0 {
-                    self.seen[k].first.said(item / n, dims)
+                    self.seen[k].first.said(self.row((first, n), item), dims)
                 } else {
                     self.passes[k * (self.steps - 1) + t - 1].said(item, dims)
                 };
@@ -339,8 +353,11 @@ impl<F: Real> Scorer<F> {
                 }
             }
         }
-        self.moved.clear();
-        self.moved.extend(&*noise);
+    }
+
+    /// The row of an item, where the first of these is among all, and so many belong to a row.
+    fn row(&self, (first, n): (usize, usize), item: usize) -> usize {
+        ((first + item) / n).min(self.rows - 1)
     }
 
     /// The gradient by noise of what has the gradient `slope` by the plans that were made of it last, one a row.

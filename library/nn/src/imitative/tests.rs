@@ -119,6 +119,14 @@ fn many_plans_are_scored_as_one() {
         assert_eq!(scores[..3], all[at * 3..][..3]);
         assert_eq!(scores[3..], all[(n + at) * 3..][..3]);
     }
+    let mut made = plans.clone();
+    scorer.plans(1, &mut made, n);
+    for at in [0, 63, 64, 74] {
+        let of = |plans: &[f64], i: usize| plans[i * 8..][..8].to_vec();
+        let mut two = [of(&plans, at), of(&plans, n + at)].concat();
+        scorer.plans(1, &mut two, 1);
+        assert_eq!(two, [of(&made, at), of(&made, n + at)].concat());
+    }
 }
 
 /// A fork: who is imitated goes left or right, and tells by what is beside the picture how far.
