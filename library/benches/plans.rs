@@ -8,6 +8,7 @@ use std::fs;
 use ivx_data::Form;
 use ivx_library::ke::KnowledgeEquivalent;
 use ivx_library::planner::{GradientPlan, Imitated, Planner as _};
+use ivx_math::moments::real;
 use ivx_nn::{Imitative, Imitators, Mlp, PlanNets, Tanh};
 use ivx_op::{Ctx, Lit, Literal as _, Part};
 use ivx_world::Luck;
@@ -38,12 +39,12 @@ fn plans_a_second(ke: &dyn KnowledgeEquivalent, rows: usize) -> f64 {
     };
     let models: Vec<Imitative> = (0..5).map(drawn).collect();
     let mut opened = Imitators::of(&models.iter().collect::<Vec<_>>(), &form);
-    let seen: Vec<f32> = (0..4 * rows).map(|i| (i as f32).sin()).collect();
+    let seen: Vec<f32> = (0_u16..).take(4 * rows).map(|i| f32::from(i).sin()).collect();
     opened.see(&seen);
     let mut of = Imitated::new(&mut opened, ke, None, false);
     let mut planning = GradientPlan { steps: 10, rate: 0.1 }.open();
     let mut luck = Luck::from(ctx.rng("search", &[]));
-    let start: Vec<f64> = (0..8 * rows).map(|i| (i as f64 * 0.7).cos()).collect();
+    let start: Vec<f64> = (0..8 * rows).map(|i| (real(i) * 0.7).cos()).collect();
     let mut worth = vec![0.0; rows];
     let (mut n, mut plans) = (0, start.clone());
     let before = processor_time();
@@ -54,7 +55,7 @@ fn plans_a_second(ke: &dyn KnowledgeEquivalent, rows: usize) -> f64 {
         }
         n += 20 * rows;
     }
-    n as f64 / (processor_time() - before)
+    real(n) / (processor_time() - before)
 }
 
 /// What this thread has spent, in seconds.

@@ -23,7 +23,9 @@ mod windows;
 use ivx_op::Registry;
 
 pub use act::{Act, Returns};
-pub use actor::{Actor, Autopilot, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained};
+pub use actor::{
+    Actor, Autopilot, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained,
+};
 pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};

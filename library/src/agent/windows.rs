@@ -35,9 +35,8 @@ declare! {
 fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
     let places: Vec<String> = facts.arg("places").unwrap_or_default();
     let heading: String = facts.arg("heading").unwrap_or_default();
-    let wrong = |arg: &'static str, message: String, help: String| {
-        Err(Wrong { arg, message, help })
-    };
+    let wrong =
+        |arg: &'static str, message: String, help: String| Err(Wrong { arg, message, help });
     if places.is_empty() {
         let help = "name what tells it, such as `places: [\"x\", \"y\"]`".to_owned();
         return wrong("places", "nothing tells where one is".to_owned(), help);
@@ -48,7 +47,8 @@ fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
     }
     let Some(shapes) = facts.shapes("of") else { return Ok(()) };
     if let Some(told) = told_by(shapes) {
-        for (arg, name) in places.iter().map(|name| ("places", name)).chain([("heading", &heading)]) {
+        for (arg, name) in places.iter().map(|name| ("places", name)).chain([("heading", &heading)])
+        {
             if !name.is_empty() && !told.contains(name) {
                 let message = format!("the world tells no `{name}`");
                 return wrong(arg, message, format!("it tells {}", listed(&told)));
@@ -111,7 +111,9 @@ impl Op for Windows {
         let order = chosen(seen.fields(), &self.sees).map_err(failed)?;
         let form = form(seen.fields(), &order, [self.steps, self.places.len()]);
         let column = |name: &String| {
-            let why = || OpError::Failed(format!("the world tells no `{name}`, but {}", listed(&of.tells)));
+            let why = || {
+                OpError::Failed(format!("the world tells no `{name}`, but {}", listed(&of.tells)))
+            };
             of.tells.iter().position(|told| told == name).ok_or_else(why)
         };
         let places = self.places.iter().map(column).collect::<Result<Vec<_>, _>>()?;
@@ -136,7 +138,8 @@ impl Op for Windows {
                 let now = done + t - 1;
                 for k in 1..=self.steps {
                     let then = now + k * self.every;
-                    let mut moved = places.iter().map(|place| told(then, *place) - told(now, *place));
+                    let mut moved =
+                        places.iter().map(|place| told(then, *place) - told(now, *place));
                     match heading.map(|heading| told(now, heading).sin_cos()) {
                         None => y.extend(moved),
                         Some((sin, cos)) => {
@@ -165,7 +168,8 @@ mod tests {
 
     /// Two episodes of 5 and 2 steps: north first, and on to the east; a picture and a speed are seen.
     fn driven() -> Rollouts {
-        let sees = vec![Field::new("speed", &[], Kind::F32), Field::new("view", &[1, 1, 2], Kind::U8)];
+        let sees =
+            vec![Field::new("speed", &[], Kind::F32), Field::new("view", &[1, 1, 2], Kind::U8)];
         let does = Actions::Discrete(vec!["go".to_owned()]);
         let mut paths = Trajectories::new(sees.clone(), does);
         paths.episodes = vec![(5, End::Limit), (2, End::Terminal)];
@@ -179,7 +183,8 @@ mod tests {
         let mut all = Rollouts::new(paths, names);
         all.rewards = vec![0.0; 7];
         let quarter = std::f32::consts::FRAC_PI_2;
-        let places = [(0.0, 1.0), (0.0, 2.0), (1.0, 2.0), (2.0, 2.0), (3.0, 2.0), (9.0, 9.0), (9.0, 9.0)];
+        let places =
+            [(0.0, 1.0), (0.0, 2.0), (1.0, 2.0), (2.0, 2.0), (3.0, 2.0), (9.0, 9.0), (9.0, 9.0)];
         all.told = places.iter().flat_map(|(x, y)| [*x, *y, quarter]).collect();
         all
     }
@@ -216,7 +221,10 @@ mod tests {
         assert!(turned.y.iter().zip(expected).all(|(y, e)| (y - e).abs() < 1e-6), "{:?}", turned.y);
         let why = windows("", &["lidar"], 1).unwrap_err().to_string();
         assert_eq!(why, "the world shows no `lidar`");
-        assert_eq!(windows("nose", &[], 1).unwrap_err().to_string(), "the world tells no `nose`, but `x`, `y`, `yaw`");
+        assert_eq!(
+            windows("nose", &[], 1).unwrap_err().to_string(),
+            "the world tells no `nose`, but `x`, `y`, `yaw`"
+        );
         let why = windows("", &[], 9).unwrap_err().to_string();
         assert_eq!(why, "no episode has the 19 steps that a plan takes");
     }

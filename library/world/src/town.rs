@@ -93,7 +93,17 @@ fn divides(facts: &Facts<'_>) -> Result<(), Wrong> {
 
 /// What is told of a step.
 const TELLS: [&str; 12] = [
-    "x", "y", "yaw", "speed", "metres", "arrived", "infraction", "vehicle", "edge", "lane", "off_road",
+    "x",
+    "y",
+    "yaw",
+    "speed",
+    "metres",
+    "arrived",
+    "infraction",
+    "vehicle",
+    "edge",
+    "lane",
+    "off_road",
     "success",
 ];
 
@@ -125,7 +135,8 @@ fn measured(name: &str) -> Result<Arc<Streets>, OpError> {
     if let Some(found) = towns.get(name) {
         return Ok(Arc::clone(found));
     }
-    let map = town_map(name).ok_or_else(|| OpError::Failed(format!("there is no town `{name}`")))?;
+    let map =
+        town_map(name).ok_or_else(|| OpError::Failed(format!("there is no town `{name}`")))?;
     let found = Arc::new(town(map));
     towns.insert(name.to_owned(), Arc::clone(&found));
     Ok(found)
@@ -193,9 +204,8 @@ impl Driving {
             if route_length(&route) < ROUTES[0] {
                 continue;
             }
-            let end = route.iter().position(|point| {
-                point.pose.distance(&route[0].pose) > ROUTES[1]
-            });
+            let end =
+                route.iter().position(|point| point.pose.distance(&route[0].pose) > ROUTES[1]);
             let end = route[end.unwrap_or(route.len() - 1)].pose;
             if let Ok(found) = drive(streets, &from, &end, self.cars, &mut draw) {
                 return found;
@@ -321,8 +331,7 @@ impl World for Driving {
         }
         let mut car = |pose: &Pose, colour: [u8; 3]| {
             if near([pose.x, pose.y]) {
-                let outline =
-                    Outline::rectangle(at([pose.x, pose.y]), [LENGTH, BREADTH], pose.yaw);
+                let outline = Outline::rectangle(at([pose.x, pose.y]), [LENGTH, BREADTH], pose.yaw);
                 shapes.push(Shape { outline, colour });
             }
         };

@@ -54,14 +54,18 @@ impl Rip {
     fn fields(&self, spec: &Spec) -> Result<(Vec<usize>, Option<usize>), Misfit> {
         let order = chosen(&spec.sees, &self.sees)?;
         if spec.does.field().width() != 2 || spec.does.n_discrete().is_ok() {
-            let message = "plans are followed by a pedal and a steering wheel, which this world has not";
+            let message =
+                "plans are followed by a pedal and a steering wheel, which this world has not";
             return Err(Misfit::new(message.to_owned(), "use a `town` or `carnovel`"));
         }
         let is_goals = |f: &ivx_data::Field| f.name == GOALS && f.shape.get(1) == Some(&2);
         let goals = spec.sees.iter().position(is_goals);
         if self.goal_std > 0.0 && goals.is_none() {
             let message = "the world shows no goals".to_owned();
-            return Err(Misfit::new(message, "write `goal_std: 0.0`, or use a world that shows `goals`"));
+            return Err(Misfit::new(
+                message,
+                "write `goal_std: 0.0`, or use a world that shows `goals`",
+            ));
         }
         Ok((order, goals.filter(|_| self.goal_std > 0.0)))
     }
@@ -93,7 +97,8 @@ impl Actor for Rip {
         let own = form(&spec.sees, &order, [of.target[0], of.target[1]]);
         ivx_data::form::same(&of, &own)?;
         let len = of.target_len();
-        let space = Space::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] };
+        let space =
+            Space::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] };
         self.plan.fits(&space, len)
     }
 
@@ -154,8 +159,8 @@ impl Acting for Driver<'_> {
         let places = self.plan(seen, rng)?;
         let speeds = seen.fields().iter().position(|field| field.name == "velocity");
         let lanes = self.lanes.iter_mut().zip(acts.vectors.chunks_exact_mut(2));
-        for (lane, (follower, act)) in lanes.enumerate() {
-            let plan = &places[lane * places.len() / seen.len()..];
+        let plans = places.chunks_exact(places.len() / seen.len());
+        for (lane, ((follower, act), plan)) in lanes.zip(plans).enumerate() {
             let point = |step: usize| along(plan, step, self.of.every);
             let moves = (0..AHEAD).map(|i| {
                 let (a, b) = (point(i), point(i + 1));
@@ -213,12 +218,13 @@ impl Driver<'_> {
     }
 }
 
-/// Where a plan is after some steps of the world: on straight lines between its places, from where the car is.
+/// Where a plan is after some steps of the world: on straight lines between its places, from where the car is; in the end
+/// at the last.
 fn along(plan: &[f64], step: usize, every: usize) -> [f64; 2] {
     let place = |i: usize| if i == 0 { [0.0; 2] } else { [plan[2 * i - 2], plan[2 * i - 1]] };
     let (before, rest) = (step / every, step % every);
-    if rest == 0 {
-        return place(before);
+    if rest == 0 || before >= plan.len() / 2 {
+        return place(before.min(plan.len() / 2));
     }
     #[expect(clippy::cast_precision_loss, reason = "steps are few")]
     let share = rest as f64 / every as f64;
@@ -242,5 +248,6 @@ mod tests {
         assert_eq!(along(&plan, 5, 20), [1.0, 0.0]);
         assert_eq!(along(&plan, 30, 20), [6.0, 1.0]);
         assert_eq!(along(&plan, 40, 20), [8.0, 2.0]);
+        assert_eq!(along(&plan, 55, 20), [8.0, 2.0]);
     }
 }
