@@ -97,12 +97,12 @@ declare! {
 
 declare! {
     /// The expert that knows the rules.
-    struct Autopilot = "autopilot" @ 1 {}
+    struct Autopilot = "by_rules" @ 1 {}
 }
 
 declare! {
     /// A density of the expert's plans.
-    struct Imitative = "imitative" @ 1 {
+    struct Imitative = "imitating" @ 1 {
         /// The width of the recurrent state.
         hidden: u64 = 64;
     }
@@ -189,7 +189,7 @@ to_come! {
     /// An agent that plans under one model.
     ImitativePlanner = "imitative_planner" -> Agent { model: One<Model>; }
     /// An agent that plans under an ensemble.
-    Rip = "rip" -> Agent { model: Members<Model>; ke: Box<dyn KnowledgeEquivalent>; }
+    Rip = "robust_planner" -> Agent { model: Members<Model>; ke: Box<dyn KnowledgeEquivalent>; }
     /// What becomes of an agent.
     Drive = "drive", stochastic -> Run {
         agent: One<Agent>;
@@ -293,7 +293,7 @@ fn table_3_3_has_methods_of_different_make_and_ragged_tasks() {
     assert_eq!(count(&nodes, "rollout"), 3);
     assert_eq!(count(&nodes, "train"), 3 * 5);
     assert_eq!(count(&nodes, "imitative_planner"), 3);
-    assert_eq!(count(&nodes, "rip"), 3 * 3);
+    assert_eq!(count(&nodes, "robust_planner"), 3 * 3);
     assert_eq!(count(&nodes, "drive"), 3 * 27 * 4);
 }
 

@@ -12,8 +12,8 @@ fn root() -> PathBuf {
 #[test]
 fn every_spec_checks_without_a_word_in_every_profile() {
     let mut n_specs = 0;
-    for folder in
-        ["", "ch2", "ch4", "ch5", "command", "papers", "studies"].map(|folder| root().join(folder))
+    for folder in ["", "ch2", "ch3", "ch4", "ch5", "command", "papers", "studies"]
+        .map(|folder| root().join(folder))
     {
         for entry in fs::read_dir(folder).expect("experiments are there").flatten() {
             if entry.path().extension().is_none_or(|extension| extension != "ivx") {
@@ -111,7 +111,7 @@ fn studies_are_short_and_run_at_their_smallest() {
 
 fn specs() -> Vec<(String, String)> {
     let mut specs = Vec::new();
-    for folder in ["", "ch2", "ch4", "ch5", "published"] {
+    for folder in ["", "ch2", "ch3", "ch4", "ch5", "published"] {
         for entry in fs::read_dir(root().join(folder)).expect("experiments are there").flatten() {
             let path = entry.path();
             if path.is_file() {

@@ -111,8 +111,11 @@ mod tests {
     use ivx_math::standard::Scale;
     use ivx_math::tree::{Split, Tree};
     use ivx_op::{Artifact as _, Data};
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::{Imitative, Mlp, PlanNets, Tanh};
 
     fn tree(values: &[f64]) -> Tree {
         let split = Split { input: 1, at: 0.5, below: 1, above: 2 };
@@ -142,7 +145,16 @@ mod tests {
             (form(None), Arc::new(boosted)),
             (form(None), Arc::new(Mixture { members: members.clone(), noise: 0.25 })),
             (form(None), Arc::new(on_scale(&members[0]))),
+            imitating(),
         ]
+    }
+
+    fn imitating() -> (Form, Arc<dyn Function>) {
+        let form = Form { input: vec![2], target: vec![2, 2], ..Form::default() };
+        let net = Mlp { hidden: vec![2], activation: Box::new(Tanh {}) };
+        let nets = PlanNets { net: &net, features: 2, merge: &[], units: 2, head: &[] };
+        let drawn = Imitative::drawn(&nets, &form, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+        (form, Arc::new(drawn))
     }
 
     #[test]
