@@ -1,7 +1,7 @@
 //! What inverse temporal-difference learning recovers of who is known, and what an agent makes of it.
 
 use ivx_data::{Act, Actions, Demonstrations, End, Episode, Field, Kind, Misfit, Walks};
-use ivx_library::agent::{Agent, Learn, Method, Span};
+use ivx_library::agent::{Agent, Learn, Learned, Method, Span};
 use ivx_math::moments::mean;
 use ivx_math::order::max;
 use ivx_nn::{Live, Shape};
@@ -142,7 +142,7 @@ fn held(shown: &Demonstrations) -> Lit {
     Lit::Held(Held::Value(Gathered { dims: Vec::new(), values, name: String::new() }))
 }
 
-fn learn(how: &Part, goal: usize, (counted, n): (&str, i64)) -> ivx_library::agent::Learned {
+fn learn(how: &Part, goal: usize, (counted, n): (&str, i64)) -> Learned {
     let registry = ivx_library::registry();
     let lit = |part: &Part| Lit::Part(registry.complete(part));
     let op = Learn {
@@ -243,7 +243,20 @@ fn an_agent_learns_by_acting_and_from_others() {
     // Going on from it without a step is to be as good, and not to begin anew.
     let values = vec![run.agent.encode().into()];
     let from = Held::Value(Gathered { dims: Vec::new(), values, name: String::new() });
-    let after = learn(&how.with("from", Lit::Held(from)), 8, ("steps", 10)).agent;
+    let after = learn(&how.clone().with("from", Lit::Held(from)), 8, ("steps", 10)).agent;
     assert!(after.nets.arrays == run.agent.nets.arrays);
     assert!(run.agent.encode() == Agent::decode(&run.agent.encode()).expect("it is").encode());
+    // Its own steps as demonstrations do no harm here, and add to what is cloned.
+    let own = learn(&how.with("appended", true), 8, ("steps", 3000));
+    let (got, cloned) = (mean(&own.returns.values), |run: &Learned| column(run, "acts"));
+    eprintln!("psi_phi of its own steps, too: {got} of 20 at most");
+    assert!(got > 16.0 && cloned(&own) > cloned(&run), "{got}");
+}
+
+/// The mean of a part of the losses.
+fn column(run: &Learned, part: &str) -> f64 {
+    let width = run.losses.dims[1].len();
+    let at = (0..width).find(|i| run.losses.dims[1].labels.text(*i) == part).expect("a part");
+    let known = run.losses.values.iter().skip(at).step_by(width).copied();
+    mean(&known.filter(|x| x.is_finite()).collect::<Vec<_>>())
 }

@@ -57,6 +57,9 @@ declare! {
         sparsity: f64 = 0.05, in 0.0..;
         /// What the square of a preference of its own costs, beside the mean squared error of what was paid.
         ridge: f64 = 1e-4, in f64::MIN_POSITIVE..;
+        /// Whether its own steps are demonstrations, too (Alg. 3, line 7, which is optional): cloned, and explained by
+        /// cumulants with its own preferences, as those of others are.
+        appended: bool = false;
         /// An agent of such networks to go on from in a new task, instead of one that has learned nothing.
         from: Option<One<Agent>>;
     }
@@ -205,6 +208,13 @@ impl Task {
     }
 }
 
+/// The losses of a member over own steps: of values, of features, and of both as demonstrations.
+struct Own {
+    value: Var,
+    features: Var,
+    shown: Option<(Var, Var)>,
+}
+
 struct Learner<'a> {
     how: &'a PsiPhi,
     by: &'a Dqn,
@@ -322,7 +332,12 @@ impl Learner<'_> {
             let then_own = by
                 .double
                 .then(|| graph.still(|| live.pass(TORSO, replay.look(graph, &batch.next))));
-            let each: Vec<(Var, Var)> = (0..how.members)
+            // As a demonstration each is explained by the cumulants of its first step, which learn, and of those after it.
+            let explaining = how.appended.then(|| {
+                let after = graph.stop_gradient(graph.sub(sums, cumulants));
+                graph.add(cumulants, after)
+            });
+            let each: Vec<Own> = (0..how.members)
                 .map(|m| {
                     let net = psi(0, m);
                     let places = resample.within(m, &all);
@@ -343,14 +358,25 @@ impl Learner<'_> {
                     let features = graph.gather(all, acts, how.width);
                     let steps = SuccessorSteps { features, cumulants: sums, next, discounts };
                     let value = q_loss(graph, graph.contract(all, w), acts, target, by.huber);
-                    (value, graph.successor_loss(&steps, Norm::Squares))
+                    let shown = explaining.map(|cumulants| {
+                        let steps = SuccessorSteps { cumulants: own(cumulants), ..steps };
+                        let inverse = graph.inverse_loss(&steps, Norm::Squares);
+                        (graph.demonstrator_loss(all, w, acts), inverse)
+                    });
+                    Own { value, features: graph.successor_loss(&steps, Norm::Squares), shown }
                 })
                 .collect();
+            let mut shown = others.losses(live, Norm::Squares).0;
+            if how.appended {
+                let all: Vec<(Var, Var)> = each.iter().filter_map(|own| own.shown).collect();
+                let of = |part: fn(&(Var, Var)) -> Var| average(graph, all.iter().map(part));
+                shown.push((of(|(acts, _)| *acts), of(|(_, inverse)| *inverse)));
+            }
             let losses = PsiPhiLosses {
-                others: others.losses(live, Norm::Squares).0,
+                others: shown,
                 reward,
-                value: average(graph, each.iter().map(|(value, _)| *value)),
-                features: average(graph, each.iter().map(|(_, features)| *features)),
+                value: average(graph, each.iter().map(|own| own.value)),
+                features: average(graph, each.iter().map(|own| own.features)),
             };
             let sparse = others.sparsity(live, how.sparsity);
             let of = |x: Var| f64::from(graph.scalar(x));
