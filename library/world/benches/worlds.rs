@@ -5,7 +5,8 @@ use std::time::Instant;
 use ivx_data::Columns;
 use ivx_op::Ctx;
 use ivx_world::{
-    Act, Actions, CartPole, End, Env, FruitGrid, Highway, Lanes, Luck, Minatar, Roundabout, Row,
+    Act, Actions, CartPole, CoinGrid, End, Env, FruitGrid, Highway, Lanes, Luck, Minatar,
+    Roundabout, Row,
 };
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -20,6 +21,8 @@ fn main() {
         report(&format!("minatar {game}"), &world);
     }
     report("fruit_grid", &fruits());
+    let (pays, limit) = (vec![1.0, 1.0], 120);
+    report("coin_grid", &CoinGrid { pays, coins: 2, walls: 0, limit, front_apart: false });
     report_driving();
     for n in [1, 8, 64] {
         let game =
