@@ -49,7 +49,7 @@ fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
     if let Some(told) = told_by(shapes) {
         for (arg, name) in places.iter().map(|name| ("places", name)).chain([("heading", &heading)])
         {
-            if !name.is_empty() && !told.contains(name) {
+            if (arg == "places" || !name.is_empty()) && !told.contains(name) {
                 let message = format!("the world tells no `{name}`");
                 return wrong(arg, message, format!("it tells {}", listed(&told)));
             }

@@ -14,7 +14,7 @@ declare! {
         worth: One<Array>;
         /// What came: data whose targets are sequences of places.
         to: One<Dataset>;
-        /// How many plans count.
+        /// How many plans count; all where there are fewer.
         k: usize, in 1.0..=100_000.0;
     }
 }
@@ -29,7 +29,7 @@ declare! {
         worth: One<Array>;
         /// What came: data whose targets are sequences of places.
         to: One<Dataset>;
-        /// How many plans count.
+        /// How many plans count; all where there are fewer.
         k: usize, in 1.0..=100_000.0;
     }
 }
@@ -44,7 +44,7 @@ declare! {
         worth: One<Array>;
         /// What came: data whose targets are sequences of places.
         to: One<Dataset>;
-        /// How many plans count.
+        /// How many plans count; all where there are fewer.
         k: usize, in 1.0..=100_000.0;
         /// The bound.
         bound: f64 = 2.0, in 0.0..;
@@ -82,6 +82,9 @@ fn each(
     let modes = sizes[1];
     let rows = places.chunks_exact(modes * steps).zip(worth.values.chunks_exact(modes));
     let values = rows.zip(taken.chunks_exact(*steps)).map(|((places, worth), taken)| {
+        if let Some(mode) = worth.iter().position(|worth| worth.is_nan()) {
+            return Err(format!("plan {mode} is worth no number"));
+        }
         // Only their order counts.
         let mut order: Vec<usize> = (0..modes).collect();
         order.sort_by(|i, j| worth[*j].total_cmp(&worth[*i]));

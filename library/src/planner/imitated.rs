@@ -6,6 +6,9 @@ use ivx_nn::Imitators;
 use super::search::{Objective, Space};
 use crate::ke::KnowledgeEquivalent;
 
+/// How many numbers a place has at most where there are goals.
+const MOST_DIMS: usize = 8;
+
 /// Where plans should end: a mixture of normals about some places, all as probable.
 #[derive(Clone, Debug)]
 pub struct Goals {
@@ -66,6 +69,9 @@ pub struct Imitated<'a> {
 
 impl<'a> Imitated<'a> {
     /// That of models which have seen where they are.
+    ///
+    /// # Panics
+    /// If goals have more than 8 numbers each.
     #[must_use]
     pub fn new(
         opened: &'a mut Imitators,
@@ -73,9 +79,9 @@ impl<'a> Imitated<'a> {
         goals: Option<Goals>,
         latent: bool,
     ) -> Self {
+        assert!(goals.as_ref().is_none_or(|goals| goals.dims <= MOST_DIMS), "goals are places");
         let (len, models) = (opened.scorer.len(), opened.scorer.models());
-        let space =
-            Space::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] };
+        let space = Space::boundless(len);
         Self {
             opened,
             ke,
@@ -117,8 +123,8 @@ impl<'a> Imitated<'a> {
     fn add_goals(&mut self, n: usize, worth: &mut [f64], slopes: bool) {
         let Some(goals) = &self.goals else { return };
         let (rows, len) = (self.opened.scorer.rows(), self.opened.scorer.len());
-        let mut place = [0.0; 8];
-        let mut pull = [0.0; 8];
+        let mut place = [0.0; MOST_DIMS];
+        let mut pull = [0.0; MOST_DIMS];
         let (place, pull) = (&mut place[..goals.dims], &mut pull[..goals.dims]);
         for (item, worth) in worth.iter_mut().enumerate() {
             let last = (item + 1) * len - goals.dims;

@@ -11,7 +11,7 @@ use ivx_world::Luck;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::imitated::Imitated;
-use super::search::{Objective, Planner};
+use super::search::{Objective, Planner, Space};
 use crate::ke::KnowledgeEquivalent;
 
 record! {
@@ -110,6 +110,7 @@ impl Op for Plans {
         let models: Vec<Model> = self.model.iter().cloned().collect();
         let mut opened = opened(&models, form)?;
         let (width, len, n) = (form.input_len(), form.target_len(), self.modes);
+        self.by.fits(&Space::boundless(len), len).map_err(failed)?;
         let mut found = Found::default();
         let starts = starts(n, len, ctx);
         for xs in data.x.chunks(AT_ONCE * width) {
@@ -133,6 +134,7 @@ impl Op for Plans {
 
 #[derive(Default)]
 struct Found {
+    rows: usize,
     plans: Vec<f64>,
     worth: Vec<f64>,
     variance: Vec<f64>,
@@ -185,12 +187,20 @@ impl Plans {
                 format!("there are {n_plans} plans to choose from, and {n} modes are asked for");
             return Err(OpError::Failed(why));
         }
-        self.keep(opened, &plans, n_plans, found);
-        Ok(())
+        self.keep(opened, &plans, n_plans, found)
     }
 
     /// Keeps the best of some plans for each row, with what they are worth.
-    fn keep(&self, opened: &mut Imitators, plans: &[f64], n: usize, found: &mut Found) {
+    ///
+    /// # Errors
+    /// If one of them is worth no number.
+    fn keep(
+        &self,
+        opened: &mut Imitators,
+        plans: &[f64],
+        n: usize,
+        found: &mut Found,
+    ) -> Result<(), OpError> {
         let (rows, len) = (opened.scorer.rows(), opened.scorer.len());
         let models = opened.scorer.models();
         let mut of = Imitated::new(opened, &*self.ke, None, false);
@@ -205,6 +215,11 @@ impl Plans {
         };
         for row in 0..rows {
             let mut order: Vec<usize> = (row * n..(row + 1) * n).collect();
+            if let Some(item) = order.iter().find(|item| worth[**item].is_nan()) {
+                let (row, plan) = (found.rows + row, item % n);
+                let why = format!("plan {plan} of row {row} is worth no number");
+                return Err(OpError::Failed(why));
+            }
             order.sort_by(|i, j| worth[*j].total_cmp(&worth[*i]));
             for item in order.into_iter().take(self.modes) {
                 found.plans.extend(&plans[item * len..][..len]);
@@ -212,6 +227,8 @@ impl Plans {
                 found.variance.push(variance(item));
             }
         }
+        found.rows += rows;
+        Ok(())
     }
 }
 
@@ -327,5 +344,17 @@ mod tests {
         let many = Plans { model, on, ke, by, modes: 6, latent: false };
         let why = many.run(&Ctx::new("plans", 0, None)).unwrap_err().to_string();
         assert_eq!(why, "there are 5 plans to choose from, and 6 modes are asked for");
+        // Plans of another length, or of what are no numbers, are none of these models.
+        for (steps, wrong, expected) in [(5, 0.0, "plans of 10 numbers"), (3, f64::NAN, "is NaN")] {
+            let sizes = [("plan", 3), ("step", steps), ("dim", 2)];
+            let dims = sizes.map(|(name, n)| Dim::new(name, Labels::count(n))).to_vec();
+            let by =
+                TrajectoryLibrary { plans: One(Array { dims, values: vec![wrong; 6 * steps] }) };
+            let (model, on) = (Members(members(3)), One(data()));
+            let (ke, by) = (Box::new(Wcm {}), Box::new(by));
+            let other = Plans { model, on, ke, by, modes: 1, latent: false };
+            let why = other.run(&Ctx::new("plans", 0, None)).unwrap_err().to_string();
+            assert!(why.contains(expected), "{why}");
+        }
     }
 }

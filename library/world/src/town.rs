@@ -204,8 +204,11 @@ impl Driving {
             if route_length(&route) < ROUTES[0] {
                 continue;
             }
-            let end =
-                route.iter().position(|point| point.pose.distance(&route[0].pose) > ROUTES[1]);
+            let mut long = 0.0;
+            let end = route.windows(2).position(|pair| {
+                long += pair[0].pose.distance(&pair[1].pose);
+                long > ROUTES[1]
+            });
             let end = route[end.unwrap_or(route.len() - 1)].pose;
             if let Ok(found) = drive(streets, &from, &end, self.cars, &mut draw) {
                 return found;

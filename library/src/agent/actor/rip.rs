@@ -1,6 +1,7 @@
 //! Robust imitative planning (§3.2.1).
 
-use ivx_data::{Columns, Form, Misfit, Values};
+use ivx_data::form::told;
+use ivx_data::{Columns, Field, Form, Kind, Misfit, Values};
 use ivx_nn::{Imitative, Imitators, Model};
 use ivx_op::{Members, OpError, Part, declare};
 use ivx_town::{Follower, Pose};
@@ -29,7 +30,8 @@ declare! {
         ke: Box<dyn KnowledgeEquivalent>;
         /// How plans are looked for.
         plan: Box<dyn Planner> = Part::new("gradient_plan");
-        /// Whether what is searched is the noise that the first model makes a plan of, and not its places.
+        /// Whether what is searched is the noise that the first model makes a plan of, and not its places; of a library it is
+        /// its plans.
         latent: bool = true;
         /// The standard deviation about goals; 0 if these do not matter.
         goal_std: f64 = 1.0, in 0.0..;
@@ -42,12 +44,20 @@ declare! {
 
 /// The field of points ahead on the route.
 const GOALS: &str = "goals";
+/// The field of how fast the car is.
+const SPEED: &str = "velocity";
 /// How many steps ahead the car steers to.
 const AHEAD: usize = 5;
 /// Seconds of a step.
 const DT: f64 = 0.05;
 /// Steps in which a drive begins, and metres a second until then.
 const BEGINS: (usize, f64) = (100, 20.0 / 3.6);
+
+/// The field of speeds.
+fn speed(spec: &Spec) -> Option<usize> {
+    let is_speed = |f: &Field| f.name == SPEED && f.width() > 0 && f.kind == Kind::F32;
+    spec.sees.iter().position(is_speed)
+}
 
 impl Rip {
     /// The fields that models see, and that of goals.
@@ -58,7 +68,12 @@ impl Rip {
                 "plans are followed by a pedal and a steering wheel, which this world has not";
             return Err(Misfit::new(message.to_owned(), "use a `town` or `carnovel`"));
         }
-        let is_goals = |f: &ivx_data::Field| f.name == GOALS && f.shape.get(1) == Some(&2);
+        if speed(spec).is_none() {
+            let message = "the world does not show how fast the car is".to_owned();
+            return Err(Misfit::new(message, "use a world that shows `velocity`, forward first"));
+        }
+        let is_goals =
+            |f: &Field| f.name == GOALS && f.shape.get(1) == Some(&2) && f.kind == Kind::F32;
         let goals = spec.sees.iter().position(is_goals);
         if self.goal_std > 0.0 && goals.is_none() {
             let message = "the world shows no goals".to_owned();
@@ -68,6 +83,11 @@ impl Rip {
             ));
         }
         Ok((order, goals.filter(|_| self.goal_std > 0.0)))
+    }
+
+    /// Whether noise is searched.
+    fn is_latent(&self) -> bool {
+        self.latent && self.plan.fixed().is_none()
     }
 
     fn models(&self) -> Result<(Vec<&Imitative>, Form), Misfit> {
@@ -95,11 +115,19 @@ impl Actor for Rip {
         // Of a model that is still to be computed the shapes of data are known, if any.
         let Some(of) = of.filter(|of| of.target.len() == 2) else { return Ok(()) };
         let own = form(&spec.sees, &order, [of.target[0], of.target[1]]);
-        ivx_data::form::same(&of, &own)?;
+        if (&of.input, of.beside) != (&own.input, own.beside) {
+            let message = format!("the models see {}, and in this world {}", told(&of), told(&own));
+            return Err(Misfit::new(
+                message,
+                "let `sees` be as in the `windows` they learned from",
+            ));
+        }
+        if of.target[0] * self.every < AHEAD {
+            let message = format!("plans end before the {AHEAD} steps that the car looks ahead");
+            return Err(Misfit::new(message, "let plans be longer"));
+        }
         let len = of.target_len();
-        let space =
-            Space::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] };
-        self.plan.fits(&space, len)
+        self.plan.fits(&Space::boundless(len), len)
     }
 
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {
@@ -116,6 +144,7 @@ impl Actor for Rip {
             planning: self.plan.open(),
             order,
             goals,
+            speed: speed(spec).expect("it fits"),
             width: form.input_len(),
             lanes: Vec::new(),
             age: 0,
@@ -132,6 +161,7 @@ struct Driver<'a> {
     planning: Box<dyn Planning>,
     order: Vec<usize>,
     goals: Option<usize>,
+    speed: usize,
     /// How many numbers models see.
     width: usize,
     lanes: Vec<Follower>,
@@ -157,7 +187,9 @@ impl Acting for Driver<'_> {
         }
         self.look(seen);
         let places = self.plan(seen, rng)?;
-        let speeds = seen.fields().iter().position(|field| field.name == "velocity");
+        let Values::F32(speeds) = seen.values(self.speed) else {
+            unreachable!("speeds are numbers")
+        };
         let lanes = self.lanes.iter_mut().zip(acts.vectors.chunks_exact_mut(2));
         let plans = places.chunks_exact(places.len() / seen.len());
         for (lane, ((follower, act), plan)) in lanes.zip(plans).enumerate() {
@@ -169,10 +201,7 @@ impl Acting for Driver<'_> {
             #[expect(clippy::cast_precision_loss, reason = "five")]
             let planned = moves.sum::<f64>() / AHEAD as f64 / DT;
             let target = if self.age < BEGINS.0 { BEGINS.1 } else { planned };
-            let speed = speeds.map_or(0.0, |field| match seen.values(field) {
-                Values::F32(all) => f64::from(all[lane * all.len() / seen.len()]),
-                _ => 0.0,
-            });
+            let speed = f64::from(speeds[lane * speeds.len() / seen.len()]);
             let does = follower.follow(&Pose::default(), speed, target, point(AHEAD));
             act.copy_from_slice(&[does.throttle - does.brake, does.steer].map(single));
         }
@@ -206,13 +235,13 @@ impl Driver<'_> {
         self.plans.clear();
         self.plans.resize(seen.len() * len, 0.0);
         self.worth.resize(seen.len(), 0.0);
-        if !self.of.latent {
+        if !self.of.is_latent() {
             let mut means = vec![0.0; seen.len() * len];
             self.opened.scorer.plans(0, &mut means, 1);
             self.plans.iter_mut().zip(means).for_each(|(to, x)| *to = f64::from(x));
         }
         let mut luck = Luck::from(ChaCha8Rng::from_rng(rng));
-        let mut of = Imitated::new(&mut self.opened, &*self.of.ke, goals, self.of.latent);
+        let mut of = Imitated::new(&mut self.opened, &*self.of.ke, goals, self.of.is_latent());
         self.planning.plan(&mut of, &mut self.plans, &mut self.worth, &mut luck)?;
         Ok(of.places(&self.plans, 1).iter().map(|x| f64::from(*x)).collect())
     }

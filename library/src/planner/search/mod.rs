@@ -50,6 +50,12 @@ impl Space {
         }
     }
 
+    /// That of plans of `len` numbers which may be any.
+    #[must_use]
+    pub fn boundless(len: usize) -> Self {
+        Self::Continuous { low: vec![f64::NEG_INFINITY; len], high: vec![f64::INFINITY; len] }
+    }
+
     /// What comes nearest to `x` as number `i` of a plan.
     #[must_use]
     pub fn clip(&self, i: usize, x: f64) -> f64 {
