@@ -1,7 +1,8 @@
 //! What plans are worth to an ignorant imitator (Eqn. 3.9).
 
+use ivx_data::Misfit;
 use ivx_math::moments::uniform;
-use ivx_nn::Imitators;
+use ivx_nn::{Imitative, Imitators, Model, Real as _};
 
 use super::search::{Objective, Space};
 use crate::ke::KnowledgeEquivalent;
@@ -44,6 +45,19 @@ impl Goals {
         let scale = 0.5 * dims * (std::f64::consts::TAU * self.std.powi(2)).ln();
         -0.5 * nearest + (sum / n).ln() - scale
     }
+}
+
+/// The imitative models that learned functions are.
+///
+/// # Errors
+/// If one of them is none.
+pub(crate) fn imitating(models: &[Model]) -> Result<Vec<&Imitative>, Misfit> {
+    let why = || {
+        let message = "the model scores no plans: use one that `imitative` learned".to_owned();
+        Misfit::new(message, "use models that `imitative` learned")
+    };
+    let own = |model| Imitative::within(model).map(|(own, _)| own).ok_or_else(why);
+    models.iter().map(own).collect()
 }
 
 /// The knowledge equivalent of what several imitative models say of plans, with what goals say beside it. A plan is its
@@ -102,7 +116,7 @@ impl<'a> Imitated<'a> {
     /// The places of plans: what they are, or what the first model makes of them.
     pub fn places(&mut self, plans: &[f64], n: usize) -> &[f32] {
         self.plans.clear();
-        self.plans.extend(plans.iter().map(|x| single(*x)));
+        self.plans.extend(plans.iter().map(|x| f32::of(*x)));
         if self.latent {
             self.noise.clone_from(&self.plans);
             self.opened.scorer.plans(0, &mut self.plans, n);
@@ -132,7 +146,7 @@ impl<'a> Imitated<'a> {
             pull.fill(0.0);
             *worth += goals.log_likelihood((item / n, rows), place, pull);
             if slopes {
-                self.slope[last..].iter_mut().zip(&*pull).for_each(|(to, x)| *to += single(*x));
+                self.slope[last..].iter_mut().zip(&*pull).for_each(|(to, x)| *to += f32::of(*x));
             }
         }
     }
@@ -169,7 +183,7 @@ impl Objective for Imitated<'_> {
             self.of_one.iter_mut().zip(scores).for_each(|(to, x)| *to = f64::from(*x));
             *worth = self.ke.reduce(&self.of_one, &self.weights);
             self.ke.slope(&self.of_one, &self.weights, &mut self.charge);
-            charges.iter_mut().zip(&self.charge).for_each(|(to, x)| *to = single(*x));
+            charges.iter_mut().zip(&self.charge).for_each(|(to, x)| *to = f32::of(*x));
         }
         self.slope.resize(slope.len(), 0.0);
         self.opened.scorer.slope(&self.charges, &mut self.slope);
@@ -180,11 +194,6 @@ impl Objective for Imitated<'_> {
         slope.iter_mut().zip(&self.slope).for_each(|(to, x)| *to = f64::from(*x));
         true
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "models are of single precision")]
-fn single(x: f64) -> f32 {
-    x as f32
 }
 
 #[cfg(test)]

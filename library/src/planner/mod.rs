@@ -16,6 +16,7 @@ use ivx_op::{OpError, Registry};
 pub use argmax::{Argmax, equivalents};
 pub use decide::{Decide, policy};
 pub use greedy::Greedy;
+pub(crate) use imitated::imitating;
 pub use imitated::{Goals, Imitated};
 pub use model::{LabelledTransitions, LatentModel, LearnedModel, Simulating, Simulator, TrueModel};
 pub use plan_library::PlanLibrary;

@@ -3,14 +3,12 @@
 use ivx_data::form::{failed, model_of_data, same};
 use ivx_data::{Dataset, Form};
 use ivx_math::moments::{mean, real};
-use ivx_nn::{Imitative, Imitators, Model};
-use ivx_op::{
-    Array, Ctx, Dim, Facts, Labels, Members, One, Op, OpError, Part, Wrong, declare, record,
-};
+use ivx_nn::{Imitators, Model, Real as _};
+use ivx_op::{Array, Ctx, Dim, Labels, Members, One, Op, OpError, Part, declare, record};
 use ivx_world::Luck;
 use rand_distr::{Distribution as _, StandardNormal};
 
-use super::imitated::Imitated;
+use super::imitated::{Imitated, imitating};
 use super::search::{Objective, Planner, Space};
 use crate::ke::KnowledgeEquivalent;
 
@@ -50,7 +48,7 @@ declare! {
         /// Whether what is searched is the noise that the first member makes a plan of, and not its places.
         latent: bool = false;
     }
-    rule of_plans;
+    rule model_of_data;
 }
 
 declare! {
@@ -64,28 +62,17 @@ declare! {
     rule model_of_data;
 }
 
-fn of_plans(facts: &Facts<'_>) -> Result<(), Wrong> {
-    model_of_data(facts)
-}
-
 /// How many observations are looked at together.
 const AT_ONCE: usize = 128;
 
 /// Imitative models of one form, opened.
 fn opened(models: &[Model], form: &Form) -> Result<Imitators, OpError> {
-    let mut all = Vec::new();
-    for model in models {
-        same(&model.form(), form).map_err(failed)?;
-        let why = "the model scores no plans: use one that `imitative` learned";
-        let (own, _) = Imitative::within(model).ok_or_else(|| OpError::Failed(why.to_owned()))?;
-        all.push(own);
-    }
-    Ok(Imitators::of(&all, form))
+    models.iter().try_for_each(|model| same(&model.form(), form)).map_err(failed)?;
+    Ok(Imitators::of(&imitating(models).map_err(failed)?, form))
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "models are of single precision")]
 fn singles(values: &[f64]) -> Vec<f32> {
-    values.iter().map(|x| *x as f32).collect()
+    values.iter().map(|x| f32::of(*x)).collect()
 }
 
 impl Op for LogDensity {
@@ -107,8 +94,7 @@ impl Op for LogDensity {
 impl Op for Plans {
     fn run(&self, ctx: &Ctx) -> Result<Planned, OpError> {
         let (data, form) = (&*self.on, &self.on.form);
-        let models: Vec<Model> = self.model.iter().cloned().collect();
-        let mut opened = opened(&models, form)?;
+        let mut opened = opened(&self.model, form)?;
         let (width, len, n) = (form.input_len(), form.target_len(), self.modes);
         self.by.fits(&Space::boundless(len), len).map_err(failed)?;
         let mut found = Found::default();
@@ -236,7 +222,7 @@ impl Plans {
 mod tests {
     use std::sync::Arc;
 
-    use ivx_nn::{Fitted, Mlp, PlanNets, Tanh};
+    use ivx_nn::{Fitted, Imitative, Mlp, PlanNets, Tanh};
 
     use super::super::{GradientPlan, TrajectoryLibrary};
     use super::*;

@@ -1,8 +1,8 @@
 //! Robust imitative planning (§3.2.1).
 
-use ivx_data::form::told;
-use ivx_data::{Columns, Field, Form, Kind, Misfit, Values};
-use ivx_nn::{Imitative, Imitators, Model};
+use ivx_data::form::{same, told};
+use ivx_data::{Columns, Field, Kind, Misfit, Values};
+use ivx_nn::{Imitators, Model, Real as _};
 use ivx_op::{Members, OpError, Part, declare};
 use ivx_town::{Follower, Pose};
 use ivx_world::{Acts, Luck, Spec};
@@ -13,7 +13,7 @@ use super::Actor;
 use crate::agent::agent::Acting;
 use crate::agent::windows::{chosen, form};
 use crate::ke::KnowledgeEquivalent;
-use crate::planner::{Goals, Imitated, Planner, Planning, Space};
+use crate::planner::{Goals, Imitated, Planner, Planning, Space, imitating};
 
 declare! {
     /// Somebody who drives by the plans of imitative models (RIP, Eqn. 3.9): at every step it plans what is worth most by the
@@ -53,25 +53,20 @@ const DT: f64 = 0.05;
 /// Steps in which a drive begins, and metres a second until then.
 const BEGINS: (usize, f64) = (100, 20.0 / 3.6);
 
-/// The field of speeds.
-fn speed(spec: &Spec) -> Option<usize> {
-    let is_speed = |f: &Field| f.name == SPEED && f.width() > 0 && f.kind == Kind::F32;
-    spec.sees.iter().position(is_speed)
-}
-
 impl Rip {
-    /// The fields that models see, and that of goals.
-    fn fields(&self, spec: &Spec) -> Result<(Vec<usize>, Option<usize>), Misfit> {
+    /// The fields that models see, that of speeds and that of goals.
+    fn fields(&self, spec: &Spec) -> Result<(Vec<usize>, usize, Option<usize>), Misfit> {
         let order = chosen(&spec.sees, &self.sees)?;
         if spec.does.field().width() != 2 || spec.does.n_discrete().is_ok() {
             let message =
                 "plans are followed by a pedal and a steering wheel, which this world has not";
             return Err(Misfit::new(message.to_owned(), "use a `town` or `carnovel`"));
         }
-        if speed(spec).is_none() {
+        let is_speed = |f: &Field| f.name == SPEED && f.width() > 0 && f.kind == Kind::F32;
+        let speed = spec.sees.iter().position(is_speed).ok_or_else(|| {
             let message = "the world does not show how fast the car is".to_owned();
-            return Err(Misfit::new(message, "use a world that shows `velocity`, forward first"));
-        }
+            Misfit::new(message, "use a world that shows `velocity`, forward first")
+        })?;
         let is_goals =
             |f: &Field| f.name == GOALS && f.shape.get(1) == Some(&2) && f.kind == Kind::F32;
         let goals = spec.sees.iter().position(is_goals);
@@ -82,35 +77,18 @@ impl Rip {
                 "write `goal_std: 0.0`, or use a world that shows `goals`",
             ));
         }
-        Ok((order, goals.filter(|_| self.goal_std > 0.0)))
+        Ok((order, speed, goals.filter(|_| self.goal_std > 0.0)))
     }
 
     /// Whether noise is searched.
     fn is_latent(&self) -> bool {
         self.latent && self.plan.fixed().is_none()
     }
-
-    fn models(&self) -> Result<(Vec<&Imitative>, Form), Misfit> {
-        let mut all = Vec::new();
-        let mut form = None;
-        for model in self.model.iter() {
-            let why = || {
-                let message = "a model scores no plans".to_owned();
-                Misfit::new(message, "use models that `imitative` learned")
-            };
-            let (own, of) = Imitative::within(model).ok_or_else(why)?;
-            let of = form.get_or_insert_with(|| of.clone());
-            ivx_data::form::same(of, &model.form())?;
-            all.push(own);
-        }
-        let form = form.ok_or_else(|| Misfit::new("there is no model".to_owned(), "give one"))?;
-        Ok((all, form))
-    }
 }
 
 impl Actor for Rip {
     fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
-        let (order, _) = self.fields(spec)?;
+        let (order, ..) = self.fields(spec)?;
         let of = self.model.iter().next().map(|model| model.form().into_owned());
         // Of a model that is still to be computed the shapes of data are known, if any.
         let Some(of) = of.filter(|of| of.target.len() == 2) else { return Ok(()) };
@@ -132,8 +110,11 @@ impl Actor for Rip {
 
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {
         self.fits(spec)?;
-        let (order, goals) = self.fields(spec)?;
-        let (models, form) = self.models()?;
+        let (order, speed, goals) = self.fields(spec)?;
+        let models = imitating(&self.model)?;
+        let form = self.model.first().map(|model| model.form().into_owned());
+        let form = form.ok_or_else(|| Misfit::new("there is no model".to_owned(), "give one"))?;
+        self.model.iter().try_for_each(|model| same(&form, &model.form()))?;
         if form.target[1] != 2 {
             let message = format!("plans are of places of two numbers, not of {}", form.target[1]);
             return Err(Misfit::new(message, "cut `windows` of two places"));
@@ -144,7 +125,7 @@ impl Actor for Rip {
             planning: self.plan.open(),
             order,
             goals,
-            speed: speed(spec).expect("it fits"),
+            speed,
             width: form.input_len(),
             lanes: Vec::new(),
             age: 0,
@@ -203,7 +184,7 @@ impl Acting for Driver<'_> {
             let target = if self.age < BEGINS.0 { BEGINS.1 } else { planned };
             let speed = f64::from(speeds[lane * speeds.len() / seen.len()]);
             let does = follower.follow(&Pose::default(), speed, target, point(AHEAD));
-            act.copy_from_slice(&[does.throttle - does.brake, does.steer].map(single));
+            act.copy_from_slice(&[does.throttle - does.brake, does.steer].map(f32::of));
         }
         self.age += 1;
         Ok(())
@@ -259,11 +240,6 @@ fn along(plan: &[f64], step: usize, every: usize) -> [f64; 2] {
     let share = rest as f64 / every as f64;
     let (a, b) = (place(before), place(before + 1));
     [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "worlds take single precision")]
-fn single(x: f64) -> f32 {
-    x as f32
 }
 
 #[cfg(test)]
