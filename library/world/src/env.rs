@@ -104,6 +104,12 @@ pub trait World: Send {
     /// The limit of [`Spec`] is counted by whoever steps it.
     fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End);
 
+    /// What it tells now, and would tell of each of the next steps if its expert acted from now on, by luck that is not the
+    /// world's: rows as [`Spec::tells`] names them. None but where [`Env::has_expert`] says so.
+    fn shown(&self, _steps: usize, _luck: &mut Luck) -> Option<Vec<f32>> {
+        None
+    }
+
     /// A picture of it as it stands: of every state after [`World::reset`], where [`Env::is_drawn`] says so.
     fn draw(&self) -> Option<Picture> {
         None
@@ -165,6 +171,11 @@ pub trait Env: Debug + Send + Sync {
         let help =
             "use a world of classic control or one that is finite, or a model that was `learned`";
         Err(Misfit::new(message.to_owned(), help))
+    }
+
+    /// Whether its worlds know what an expert would do ([`World::shown`]).
+    fn has_expert(&self) -> bool {
+        false
     }
 
     /// Whether its worlds give pictures of themselves.

@@ -211,6 +211,16 @@ impl<'a> Lanes<'a> {
         &self.step
     }
 
+    /// What the world of a lane tells now, and would tell of the next steps if its expert acted ([`World::shown`]); chance is
+    /// that of the episode and of `stream`, and not the world's own.
+    ///
+    /// [`World::shown`]: crate::World::shown
+    #[must_use]
+    pub fn shown(&self, lane: usize, steps: usize, stream: &str) -> Option<Vec<f32>> {
+        let mut luck = Luck::of(&self.ctx, stream, lane as u64, self.each[lane].episode);
+        self.worlds.shown(lane, steps, &mut luck)
+    }
+
     /// The lanes that go on, in order.
     #[must_use]
     pub fn awake(&self) -> &[usize] {

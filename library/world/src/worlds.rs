@@ -27,6 +27,11 @@ pub trait Worlds: Send {
     /// # Errors
     /// If one cannot: what they are now is unknown.
     fn step(&mut self, lanes: &[usize], luck: &mut [Luck], step: &mut Step) -> Result<(), OpError>;
+
+    /// What the world of a lane would tell if its expert acted ([`World::shown`]).
+    fn shown(&self, _lane: usize, _steps: usize, _luck: &mut Luck) -> Option<Vec<f32>> {
+        None
+    }
 }
 
 /// Each on its own, one after the other.
@@ -54,5 +59,9 @@ impl Worlds for Vec<Box<dyn World>> {
             (rewards[lane], ends[lane]) = (reward, end);
         }
         Ok(())
+    }
+
+    fn shown(&self, lane: usize, steps: usize, luck: &mut Luck) -> Option<Vec<f32>> {
+        self[lane].shown(steps, luck)
     }
 }

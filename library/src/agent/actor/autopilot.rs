@@ -10,7 +10,7 @@ use super::Actor;
 use crate::agent::agent::Acting;
 
 declare! {
-    /// The rule-based expert of a `town(expert: true)`, which does what is seen as `expert`.
+    /// The rule-based expert of a `town` that shows `expert`: it does that.
     pub struct Autopilot = "autopilot" @ 1 {
         /// How often it does anything else instead: an action that is drawn evenly between its bounds.
         noise: f64 = 0.0, in 0.0..=1.0;
@@ -40,7 +40,7 @@ fn place(spec: &Spec) -> Result<(usize, Vec<[f32; 2]>), Misfit> {
     let found = spec.sees.iter().position(|f| f.name == EXPERT && f.width() == low.len());
     let field = found.ok_or_else(|| {
         let message = "this world does not show what an expert would do";
-        Misfit::new(message.to_owned(), "write `expert: true` in a `town` or `carnovel`")
+        Misfit::new(message.to_owned(), "add \"expert\" to what a `town` or `carnovel` shows")
     })?;
     Ok((field, low.iter().zip(high).map(|(low, high)| [*low, *high]).collect()))
 }

@@ -1,26 +1,38 @@
 //! Driving in towns: those of CARLA (Dosovitskiy et al., 2017) by their road maps, and the tasks of CARNOVEL.
 
+mod sight;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-use ivx_data::{Act, Actions, End, Field, Kind, Misfit, Outline, Picture, Shape};
+use ivx_data::{Act, Actions, End, Misfit, Outline, Picture, Shape};
 use ivx_op::{Facts, OpError, Wrong, declare};
 use ivx_town::{
-    BREADTH, Body, Controls, Drive, Happened, LENGTH, Lidar, N_GOALS, Pose, SIDE, Task,
-    Town as Streets, autopilot, drive, picture, route_length, scan, tasks, town, town_map,
+    BREADTH, Body, Controls, Drive, Happened, LENGTH, Lidar, Pose, SIDE, Task, Town as Streets,
+    autopilot, command, drive, picture, route_length, scan, streets, tasks, town, town_map,
     town_names,
 };
 
+use self::sight::{COMMANDS, Sight, bins, is_seen, sights};
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
 
 declare! {
     /// A town of CARLA by its road map, with a car to drive on a route that is drawn, of 100 to 350 metres, among others.
     ///
-    /// A step is a twentieth of a second. What is seen: `lidar`, a picture from above of points on the ground and of those
-    /// above it, at most 5 of each in a cell, forward from 50 m behind and to the right from 50 m at the left; `velocity`, in
-    /// metres a second forward, aside and up; `goals`, points of the route ahead, 2 m apart, forward and to the right of the
-    /// car. An action is a pedal, the throttle above 0 and the brake below, and the steering wheel, to the right above 0. To
+    /// A step is a twentieth of a second. It can show
+    ///
+    /// - `lidar`: a picture from above of points on the ground and of those above it, at most 5 of each in a cell, forward
+    ///   from behind and to the right from the left;
+    /// - `velocity`: in metres a second forward, aside and up;
+    /// - `goals`: points of the route ahead, 2 m apart, forward and to the right of the car;
+    /// - `command`: 1 for what a navigation system says of the way, of following the road, left, right and straight on in the
+    ///   junction that comes within 15 m;
+    /// - `streets`: pictures from above of lanes that lead the car's way, of other lanes, and of other cars, as only the town
+    ///   itself knows them;
+    /// - `expert`: what the rule-based expert would do, for `autopilot`.
+    ///
+    /// An action is a pedal, the throttle above 0 and the brake below, and the steering wheel, to the right above 0. To
     /// arrive pays 1 and to collide -1, and both end the drive. Cars are kinematic and others follow rules; there are no
     /// traffic lights, houses or people. `docs/agents.md` has more.
     pub struct Town = "town" @ 1 {
@@ -28,10 +40,12 @@ declare! {
         name: String = "Town01";
         /// How many others drive there; fewer where there is no room.
         cars: usize = 100, in 0.0..=1000.0;
-        /// How many cells a side of the picture has: a divisor of 200.
+        /// What is seen, in this order.
+        shows: Vec<String> = vec!["lidar", "velocity", "goals"];
+        /// How many metres pictures reach to each side.
+        reach: f64 = 50.0, in 1.0..=50.0, unit "m";
+        /// How many cells a side of a picture has; of `lidar` at most two a metre.
         cells: usize = 200, in 1.0..=200.0;
-        /// Whether `expert` is seen, too: what the rule-based expert would do, for `autopilot`.
-        expert: bool = false;
         /// After how many steps a drive is cut off.
         limit: u64 = 1_500, in 1.0..;
     }
@@ -48,10 +62,12 @@ declare! {
         task: String;
         /// How many others drive there; fewer where there is no room.
         cars: usize = 100, in 0.0..=1000.0;
-        /// How many cells a side of the picture has: a divisor of 200.
+        /// What is seen, in this order.
+        shows: Vec<String> = vec!["lidar", "velocity", "goals"];
+        /// How many metres pictures reach to each side.
+        reach: f64 = 50.0, in 1.0..=50.0, unit "m";
+        /// How many cells a side of a picture has; of `lidar` at most two a metre.
         cells: usize = 200, in 1.0..=200.0;
-        /// Whether `expert` is seen, too: what the rule-based expert would do, for `autopilot`.
-        expert: bool = false;
         /// After how many steps a drive is cut off.
         limit: u64 = 1_500, in 1.0..;
     }
@@ -59,7 +75,7 @@ declare! {
 }
 
 fn is_a_town(facts: &Facts<'_>) -> Result<(), Wrong> {
-    divides(facts)?;
+    is_seen(facts)?;
     let name: String = facts.arg("name").unwrap_or_default();
     if town_names().contains(&name.as_str()) {
         return Ok(());
@@ -69,7 +85,7 @@ fn is_a_town(facts: &Facts<'_>) -> Result<(), Wrong> {
 }
 
 fn is_a_task(facts: &Facts<'_>) -> Result<(), Wrong> {
-    divides(facts)?;
+    is_seen(facts)?;
     let name: String = facts.arg("task").unwrap_or_default();
     let all = tasks();
     if all.iter().any(|task| task.name == name) {
@@ -78,17 +94,6 @@ fn is_a_task(facts: &Facts<'_>) -> Result<(), Wrong> {
     let names: Vec<&str> = all.iter().map(|task| task.name.as_str()).collect();
     let message = format!("there is no task `{name}`");
     Err(Wrong { arg: "task", message, help: format!("there are {}", names.join(", ")) })
-}
-
-fn divides(facts: &Facts<'_>) -> Result<(), Wrong> {
-    match facts.arg::<usize>("cells") {
-        Some(cells) if !SIDE.is_multiple_of(cells.max(1)) => Err(Wrong {
-            arg: "cells",
-            message: format!("{SIDE} cells cannot be put together to {cells}"),
-            help: "use 25, 40, 50, 100 or 200".to_owned(),
-        }),
-        _ => Ok(()),
-    }
 }
 
 /// What is told of a step.
@@ -113,15 +118,9 @@ const ROUTES: [f64; 2] = [100.0, 350.0];
 /// Height up to which points are on the ground, from the sensor.
 const SPLIT: f32 = -2.45;
 
-fn spec(cells: usize, expert: bool, limit: u64) -> Spec {
-    let mut sees = vec![
-        Field::new("lidar", &[2, cells, cells], Kind::U8),
-        Field::new("velocity", &[3], Kind::F32),
-        Field::new("goals", &[N_GOALS, 2], Kind::F32),
-    ];
-    sees.extend(expert.then(|| Field::new("expert", &[2], Kind::F32)));
+fn spec(shows: &[String], cells: usize, limit: u64) -> Spec {
     Spec {
-        sees,
+        sees: sights(shows).into_iter().map(|sight| sight.field(cells)).collect(),
         does: Actions::Continuous { low: vec![-1.0; 2], high: vec![1.0; 2] },
         tells: TELLS.map(str::to_owned).to_vec(),
         limit: Some(limit),
@@ -144,13 +143,21 @@ fn measured(name: &str) -> Result<Arc<Streets>, OpError> {
 
 impl Env for Town {
     fn spec(&self) -> Result<Spec, Misfit> {
-        Ok(spec(self.cells, self.expert, self.limit))
+        Ok(spec(&self.shows, self.cells, self.limit))
     }
 
     fn open(&self) -> Result<Box<dyn World>, OpError> {
         let streets = measured(&self.name)?;
-        let Self { cars, cells, expert, .. } = *self;
-        Ok(Box::new(Driving { streets, task: None, cars, cells, expert, drive: None, clean: true }))
+        Ok(Box::new(Driving::new(
+            streets,
+            None,
+            self.cars,
+            (&self.shows[..], self.reach, self.cells),
+        )))
+    }
+
+    fn has_expert(&self) -> bool {
+        true
     }
 
     fn is_drawn(&self) -> bool {
@@ -160,7 +167,7 @@ impl Env for Town {
 
 impl Env for Carnovel {
     fn spec(&self) -> Result<Spec, Misfit> {
-        Ok(spec(self.cells, self.expert, self.limit))
+        Ok(spec(&self.shows, self.cells, self.limit))
     }
 
     fn open(&self) -> Result<Box<dyn World>, OpError> {
@@ -168,9 +175,12 @@ impl Env for Carnovel {
         let task =
             task.ok_or_else(|| OpError::Failed(format!("there is no task `{}`", self.task)))?;
         let streets = measured(&task.town)?;
-        let Self { cars, cells, expert, .. } = *self;
-        let task = Some(task);
-        Ok(Box::new(Driving { streets, task, cars, cells, expert, drive: None, clean: true }))
+        let seen = (&self.shows[..], self.reach, self.cells);
+        Ok(Box::new(Driving::new(streets, Some(task), self.cars, seen)))
+    }
+
+    fn has_expert(&self) -> bool {
+        true
     }
 
     fn is_drawn(&self) -> bool {
@@ -183,14 +193,25 @@ struct Driving {
     streets: Arc<Streets>,
     task: Option<Task>,
     cars: usize,
+    sees: Vec<Sight>,
+    reach: f64,
     cells: usize,
-    expert: bool,
     drive: Option<Drive>,
     /// Whether nothing was wrong so far.
     clean: bool,
 }
 
 impl Driving {
+    fn new(
+        streets: Arc<Streets>,
+        task: Option<Task>,
+        cars: usize,
+        (shows, reach, cells): (&[String], f64, usize),
+    ) -> Self {
+        let sees = sights(shows);
+        Self { streets, task, cars, sees, reach, cells, drive: None, clean: true }
+    }
+
     fn begin(&self, luck: &mut Luck) -> Drive {
         let mut draw = || luck.unit();
         let streets = &*self.streets;
@@ -221,32 +242,64 @@ impl Driving {
         let pose = &drive.ego.pose;
         let cars: Vec<Body> =
             drive.traffic.cars.iter().map(|car| Body::car(car.pose, [0.0, 0.0])).collect();
-        let points = scan(&Lidar::default(), &self.streets.relief, pose, &cars);
-        let whole = picture(&points, SPLIT);
-        let (cells, pool) = (self.cells, SIDE / self.cells);
-        let seen = row.bytes(0);
-        seen.fill(0);
-        for (i, n) in whole.iter().enumerate() {
-            let (at, channel) = (i / 2, i % 2);
-            let (y, x) = (at / SIDE / pool, at % SIDE / pool);
-            let cell = &mut seen[(channel * cells + y) * cells + x];
-            *cell = (*cell).max(*n);
-        }
-        let speed = drive.ego.speed;
-        let velocity = [speed * pose.pitch.cos(), 0.0, speed * pose.pitch.sin()];
-        row.numbers(1).iter_mut().zip(velocity).for_each(|(to, x)| *to = single(x));
-        let goals = drive.goals();
-        row.numbers(2).iter_mut().zip(goals.as_flattened()).for_each(|(to, x)| *to = single(*x));
-        if self.expert {
-            let Controls { throttle, brake, steer } = autopilot(drive, 0.0, &mut || 0.0);
-            let acts = [throttle - brake, steer];
-            row.numbers(3).iter_mut().zip(acts).for_each(|(to, x)| *to = single(x));
+        let put = |to: &mut [f32], from: &[f64]| {
+            to.iter_mut().zip(from).for_each(|(to, x)| *to = single(*x));
+        };
+        for (i, sight) in self.sees.iter().enumerate() {
+            match sight {
+                Sight::Lidar => {
+                    let points = scan(&Lidar::default(), &self.streets.relief, pose, &cars);
+                    self.pool(&picture(&points, SPLIT), row.bytes(i));
+                }
+                Sight::Velocity => {
+                    let speed = drive.ego.speed;
+                    let (sin, cos) = pose.pitch.sin_cos();
+                    put(row.numbers(i), &[speed * cos, 0.0, speed * sin]);
+                }
+                Sight::Goals => put(row.numbers(i), drive.goals().as_flattened()),
+                Sight::Command => {
+                    let told = command(&self.streets.network, &drive.route, drive.at);
+                    put(row.numbers(i), &COMMANDS.map(|own| f64::from(u8::from(own == told))));
+                }
+                Sight::Streets => {
+                    let size = (self.reach, self.cells);
+                    streets(&self.streets, pose, &cars, size, row.bytes(i));
+                }
+                Sight::Expert => {
+                    let Controls { throttle, brake, steer } = autopilot(drive, 0.0, &mut || 0.0);
+                    put(row.numbers(i), &[throttle - brake, steer]);
+                }
+            }
         }
     }
 
-    fn tell(&self, happened: &Happened, row: &mut Row<'_>) {
-        let Some(drive) = &self.drive else { return };
+    /// The most of each square of bins, of those within reach.
+    fn pool(&self, whole: &[u8], seen: &mut [u8]) {
+        let (cells, bins) = (self.cells, bins(self.reach));
+        let (first, pool) = ((SIDE - bins) / 2, bins / cells);
+        seen.fill(0);
+        for y in 0..bins {
+            for x in 0..bins {
+                for channel in 0..2 {
+                    let n = whole[((first + y) * SIDE + first + x) * 2 + channel];
+                    let cell = &mut seen[(channel * cells + y / pool) * cells + x / pool];
+                    *cell = (*cell).max(n);
+                }
+            }
+        }
+    }
+
+    /// Lets the car be driven for a step, and says what happened.
+    fn drive(&mut self, controls: &Controls, luck: &mut Luck) -> Happened {
+        let drive = self.drive.as_mut().expect("a drive began");
+        let happened = drive.step(&self.streets, controls, &mut || luck.unit());
+        self.clean &= !happened.is_infraction();
+        happened
+    }
+
+    fn told(&self, happened: &Happened) -> [f32; TELLS.len()] {
         let is = |it: bool| f64::from(u8::from(it));
+        let Some(drive) = &self.drive else { return [0.0; TELLS.len()] };
         let Pose { x, y, yaw, .. } = drive.ego.pose;
         let told = [
             x,
@@ -262,7 +315,7 @@ impl Driving {
             is(happened.is_off_road),
             is(happened.has_arrived && self.clean),
         ];
-        row.told().iter_mut().zip(told).for_each(|(to, x)| *to = single(x));
+        told.map(single)
     }
 }
 
@@ -293,23 +346,35 @@ impl World for Driving {
         self.drive = Some(self.begin(luck));
         self.clean = true;
         self.show(row);
-        self.tell(&Happened::default(), row);
     }
 
     fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End) {
         let [pedal, steer] = *act.vector() else { panic!("an action is a pedal and a wheel") };
         let (pedal, steer) = (f64::from(pedal), f64::from(steer));
         let controls = Controls { throttle: pedal.max(0.0), brake: (-pedal).max(0.0), steer };
-        let drive = self.drive.as_mut().expect("a drive began");
-        let happened = drive.step(&self.streets, &controls, &mut || luck.unit());
-        self.clean &= !happened.is_infraction();
+        let happened = self.drive(&controls, luck);
         self.show(row);
-        self.tell(&happened, row);
+        row.told().copy_from_slice(&self.told(&happened));
         match (happened.hits_vehicle || happened.hits_edge, happened.has_arrived) {
             (true, _) => (-1.0, End::Terminal),
             (false, true) => (1.0, End::Terminal),
             (false, false) => (0.0, End::No),
         }
+    }
+
+    fn shown(&self, steps: usize, luck: &mut Luck) -> Option<Vec<f32>> {
+        let drive = self.drive.clone()?;
+        let sees = Vec::new();
+        let (streets, task) = (Arc::clone(&self.streets), None);
+        let mut ahead = Self { streets, task, sees, drive: Some(drive), ..*self };
+        let mut told = Vec::with_capacity((steps + 1) * TELLS.len());
+        told.extend(ahead.told(&Happened::default()));
+        for _ in 0..steps {
+            let controls = autopilot(ahead.drive.as_ref()?, 0.0, &mut || 0.0);
+            let happened = ahead.drive(&controls, luck);
+            told.extend(ahead.told(&happened));
+        }
+        Some(told)
     }
 
     /// A hundred metres about the car: the edges of roads, the route, and all cars.
@@ -343,3 +408,6 @@ impl World for Driving {
         Some(Picture { size: [2.0 * half; 2], shapes })
     }
 }
+
+#[cfg(test)]
+mod tests;
