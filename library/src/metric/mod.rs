@@ -5,6 +5,7 @@ mod arithmetic;
 mod broadcast;
 mod choice;
 mod claim;
+mod detection;
 mod displacement;
 mod elementwise;
 mod equivalent;
@@ -33,6 +34,7 @@ pub use accuracy::Accuracy;
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use choice::{ArgmaxOver, ArgminOver, Highest, Lowest};
 pub use claim::Claim;
+pub use detection::{Auroc, AurocInterval, RateAbove};
 pub use displacement::{MinAde, MinFde, Missed};
 pub use elementwise::{
     Abs, Ceil, Clip, Cos, Exp, Floor, Log, Maximum, Minimum, Pow, Round, Sign, Sin, Sqrt, Tanh,
@@ -76,6 +78,9 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Stratified>()
         .op::<PerformanceProfile>()
         .op::<Improvement>()
+        .op::<Auroc>()
+        .op::<AurocInterval>()
+        .op::<RateAbove>()
         .op::<JensenShannon>()
         .op::<Sort>()
         .op::<ArgminOver>()
