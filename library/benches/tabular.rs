@@ -79,6 +79,7 @@ fn main() {
             episodes: 25,
             limit: 20,
             stream,
+            keeps: Vec::new(),
         }
         .run(&ctx)
         .expect("it acts"))

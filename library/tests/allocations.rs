@@ -179,7 +179,7 @@ fn more_epochs_of_a_table_take_no_more_buffers() {
     let policy = One(UniformPolicy { r#in: world() }.run(&ctx).expect("it is a world"));
     let stream = "main".to_owned();
     let actor = Box::new(Tabular { policy: policy.clone() });
-    let act = Act { actor, r#in: world(), episodes: 25, limit: 20, stream };
+    let act = Act { actor, r#in: world(), episodes: 25, limit: 20, stream, keeps: Vec::new() };
     let from = One(act.run(&ctx).expect("it acts"));
     let large = |epochs| {
         let (batch, member, bootstrap) = (128, 0, false);

@@ -169,6 +169,20 @@ impl Columns {
         self.set(self.len - 1, from, at);
     }
 
+    /// Adds a row of others, of which these are the fields in some places.
+    ///
+    /// # Panics
+    /// If there is no such row, or the fields are others.
+    pub fn push_some(&mut self, from: &Self, fields: &[usize], at: usize) {
+        self.resize(self.len + 1);
+        let last = self.len - 1;
+        let own = self.fields.iter().zip(&mut self.values);
+        for ((field, own), place) in own.zip(fields) {
+            let width = field.width();
+            own.copy(last * width, &from.values[*place], at * width, width);
+        }
+    }
+
     /// Adds all rows of others of the same fields.
     ///
     /// # Panics

@@ -40,7 +40,8 @@ pub use fit::{Training, fit};
 pub use function::{Fitted, Forest, Function, Mixture, Neighbours, Scaled};
 pub use graph::{Graph, Shape, Var};
 pub use imitative::{
-    Imitative, Imitators, PlanNets, PlanTraining, PlanWeights, Scorer, fit_plans, plan_log_density,
+    Imitative, Imitators, PlanLearner, PlanNets, PlanTraining, PlanWeights, Scorer, fit_plans,
+    plan_log_density,
 };
 pub use live::Live;
 pub use loss::{Loss, Squared};

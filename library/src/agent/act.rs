@@ -1,16 +1,18 @@
 //! Acting in worlds of any kind.
 
 use ivx_data::form::{failed, wrong};
-use ivx_data::{End, Rollouts, Trajectories, tell, world_shapes};
+use ivx_data::{End, Field, Misfit, Rollouts, Trajectories, tell, world_shapes};
 use ivx_math::moments::real;
 use ivx_op::{
     Args, Array, Ctx, Dim, Facts, Labels, Literal as _, Needs, One, Op, OpError, Shapes, Wrong,
     declare,
 };
-use ivx_world::{Env, Step};
+use ivx_world::{Env, Spec, Step};
 
 use super::actor::Actor;
+use super::agent::Acting;
 use super::drive::Drive;
+use super::windows::chosen;
 
 declare! {
     /// Episodes of somebody in a world (Eqn. 2.35).
@@ -28,8 +30,10 @@ declare! {
         limit: u64 = 0, in 0.0..=1e9, unit "steps";
         /// Tells apart draws that must differ on one seed, such as training and test data.
         stream: String = "main";
+        /// What is kept of what is seen, where that is not all: fields of the world by name.
+        keeps: Vec<String> = Vec::<i64>::new();
     }
-    rule acts;
+    rule acts_and_keeps;
     shapes of_world;
 }
 
@@ -44,11 +48,42 @@ pub(super) fn acts(facts: &Facts<'_>) -> Result<(), Wrong> {
     }
 }
 
+/// The rule that somebody acts in a world, and that it shows what is to be kept.
+fn acts_and_keeps(facts: &Facts<'_>) -> Result<(), Wrong> {
+    acts(facts)?;
+    let keeps: Vec<String> = facts.arg("keeps").unwrap_or_default();
+    let Some(Ok(spec)) = facts.arg::<Box<dyn Env>>("in").map(|env| env.spec()) else {
+        return Ok(());
+    };
+    kept(&spec, &keeps).map(drop).map_err(wrong("keeps"))
+}
+
+/// The places of the fields that are kept.
+fn kept(spec: &Spec, keeps: &[String]) -> Result<Vec<usize>, Misfit> {
+    match keeps {
+        [] => Ok((0..spec.sees.len()).collect()),
+        names => chosen(&spec.sees, names),
+    }
+}
+
 fn of_world(facts: &Facts<'_>) -> Option<Shapes> {
     let spec = facts.arg::<Box<dyn Env>>("in")?.spec().ok()?;
-    let mut shapes = world_shapes(&spec.sees, &spec.does);
-    tell(&mut shapes, &spec.tells);
+    let keeps = kept(&spec, &facts.arg::<Vec<String>>("keeps")?).ok()?;
+    let mut shapes = world_shapes(&fields(&spec, &keeps), &spec.does);
+    let actor = facts.arg::<Box<dyn Actor>>("actor")?;
+    tell(&mut shapes, &tells(&spec, &*actor));
     Some(shapes)
+}
+
+/// The fields in some places, in their order.
+fn fields(spec: &Spec, keeps: &[usize]) -> Vec<Field> {
+    keeps.iter().map(|i| spec.sees[*i].clone()).collect()
+}
+
+/// What is told of a step: by the world, and by who acts.
+fn tells(spec: &Spec, actor: &dyn Actor) -> Vec<String> {
+    let own = actor.tells().iter().map(|name| (*name).to_owned());
+    spec.tells.iter().cloned().chain(own).collect()
 }
 
 /// How many worlds somebody acts in at once.
@@ -61,12 +96,14 @@ impl Op for Act {
     fn run(&self, ctx: &Ctx) -> Result<Rollouts, OpError> {
         let spec = self.r#in.spec().map_err(failed)?;
         let mut actor = self.actor.open(&spec).map_err(failed)?;
-        let none = || Trajectories::new(spec.sees.clone(), spec.does.clone());
-        let mut all = Rollouts::new(none(), spec.tells.clone());
+        let keeps = kept(&spec, &self.keeps).map_err(failed)?;
+        let tells = tells(&spec, &*self.actor);
+        let none = || Trajectories::new(fields(&spec, &keeps), spec.does.clone());
+        let mut all = Rollouts::new(none(), tells.clone());
         let stream = format!("act {}", self.stream);
         for first in (0..self.episodes).step_by(AT_ONCE) {
             let worlds = AT_ONCE.min(self.episodes - first);
-            let mut each = vec![Rollouts::new(none(), spec.tells.clone()); worlds];
+            let mut each = vec![Rollouts::new(none(), tells.clone()); worlds];
             let turn = (first / AT_ONCE) as u64;
             let limit = (self.limit > 0).then_some(self.limit);
             let drive = Drive { env: &*self.r#in, worlds, luck: (&stream, turn), limit };
@@ -75,7 +112,10 @@ impl Op for Act {
                 ctx.tell(first as u64, self.episodes as u64, || format!("{worlds} at once"));
                 ctx.checkpoint(Vec::new)
             };
-            let see = |lane: usize, step: &Step| append(&mut each[lane], lane, step);
+            let see = |lane: usize, step: &Step, actor: &dyn Acting| {
+                append(&mut each[lane], &keeps, lane, step);
+                actor.tell(lane, &mut each[lane].told);
+            };
             drive.run((&mut *actor, &mut rng), ctx, look, see)?;
             for episode in &each {
                 all.append(episode);
@@ -88,7 +128,9 @@ impl Op for Act {
         let env = args.get("in").and_then(|env| Box::<dyn Env>::from_lit(env).ok());
         let of = |name| args.get(name).and_then(|lit| u64::from_lit(lit).ok()).unwrap_or(0);
         let Some(spec) = env.and_then(|env| env.spec().ok()) else { return Needs::default() };
-        let row: usize = spec.sees.iter().map(|field| 4 * field.width()).sum();
+        let keeps = args.get("keeps").and_then(|keeps| Vec::<String>::from_lit(keeps).ok());
+        let Ok(keeps) = kept(&spec, &keeps.unwrap_or_default()) else { return Needs::default() };
+        let row: usize = keeps.iter().map(|i| 4 * spec.sees[*i].width()).sum();
         let limit = [spec.limit.unwrap_or(LONG), of("limit")];
         let steps = limit.into_iter().filter(|n| *n > 0).min().unwrap_or(LONG);
         // What is kept, and once more while it is written.
@@ -98,18 +140,18 @@ impl Op for Act {
 }
 
 /// Adds a step of a world to the only episode of some rollouts.
-fn append(to: &mut Rollouts, lane: usize, step: &Step) {
+fn append(to: &mut Rollouts, keeps: &[usize], lane: usize, step: &Step) {
     let paths = &mut to.paths;
     if paths.episodes.is_empty() {
         paths.episodes.push((0, End::No));
-        paths.seen.push(&step.before, lane);
+        paths.seen.push_some(&step.before, keeps, lane);
     }
-    paths.seen.push(&step.after, lane);
+    paths.seen.push_some(&step.after, keeps, lane);
     step.acts.get(lane).append(&mut paths.acts);
     paths.episodes[0].0 += 1;
     paths.episodes[0].1 = step.ends[lane];
     to.rewards.push(step.rewards[lane]);
-    let width = to.tells.len();
+    let width = step.told.len() / step.rewards.len();
     to.told.extend(&step.told[lane * width..][..width]);
 }
 
@@ -153,7 +195,8 @@ mod tests {
     }
 
     fn act(actor: Box<dyn Actor>, r#in: Box<dyn Env>, episodes: usize, limit: u64) -> Rollouts {
-        Act { actor, r#in, episodes, limit, stream: "main".to_owned() }.run(&CTX).unwrap()
+        let (stream, keeps) = ("main".to_owned(), Vec::new());
+        Act { actor, r#in, episodes, limit, stream, keeps }.run(&CTX).unwrap()
     }
 
     fn episodes(right: f64, episodes: usize, limit: u64) -> Walks {

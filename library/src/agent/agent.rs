@@ -70,6 +70,14 @@ pub trait Acting {
     /// Is told that episodes begin in all lanes: what was done before has nothing to do with what comes.
     fn begin(&mut self) {}
 
+    /// Is told that these lanes have come to their end: what is chosen there from now on does not matter.
+    fn rest(&mut self, _lanes: &[usize]) {}
+
+    /// Appends what it tells of the step that it chose for a lane last, as many numbers as [`Actor::tells`] has names.
+    ///
+    /// [`Actor::tells`]: super::actor::Actor::tells
+    fn tell(&self, _lane: usize, _told: &mut Vec<f32>) {}
+
     /// Chooses an action for each lane by what is seen there.
     ///
     /// # Errors

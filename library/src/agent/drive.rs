@@ -31,7 +31,7 @@ impl<'a> Drive<'a> {
         (actor, rng): (&mut dyn Acting, &mut ChaCha8Rng),
         ctx: &Ctx<'a>,
         mut look: impl FnMut() -> Result<(), OpError>,
-        mut see: impl FnMut(usize, &Step),
+        mut see: impl FnMut(usize, &Step, &dyn Acting),
     ) -> Result<(), OpError> {
         let mut lanes = Lanes::open(self.env, self.worlds, ctx, self.luck)?;
         if let Some(steps) = self.limit {
@@ -52,11 +52,12 @@ impl<'a> Drive<'a> {
             actor.act(seen, rng, acts)?;
             lanes.step()?;
             for lane in lanes.awake() {
-                see(*lane, lanes.stepped());
+                see(*lane, lanes.stepped(), actor);
             }
             over.clear();
             over.extend(lanes.finished().map(|episode| episode.lane));
             lanes.rest(&over);
+            actor.rest(&over);
         }
         Ok(())
     }

@@ -70,7 +70,7 @@ pub(crate) fn measure<'a>(
     let mut run = Run { returns: vec![0.0; trials], lengths: vec![0.0; trials], told: Vec::new() };
     let drive = Drive { env, worlds: trials, luck: ("evaluate", first), limit: None };
     let mut rng = ctx.rng("act", &[&first.to_string()]);
-    drive.run((actor, &mut rng), ctx, look, |lane, step| {
+    drive.run((actor, &mut rng), ctx, look, |lane, step, _| {
         let width = step.told.len() / trials;
         run.told.resize(trials * width, 0.0);
         run.returns[lane] += step.rewards[lane];

@@ -2,6 +2,7 @@
 
 mod act;
 mod actor;
+mod adapt;
 #[expect(clippy::module_inception, reason = "an agent is what this folder is of")]
 mod agent;
 mod demonstrate;
@@ -15,6 +16,7 @@ mod learn;
 mod method;
 mod replay;
 mod resample;
+mod scenes;
 mod shown;
 pub mod tabular;
 mod watch;
@@ -26,6 +28,7 @@ pub use act::{Act, Returns};
 pub use actor::{
     Actor, Autopilot, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained,
 };
+pub use adapt::{Adapt, Adapted};
 pub use agent::{Acting, Agent, Choice, best, look, sight};
 pub use demonstrate::{Demonstrate, LabelledActions};
 pub use evaluate::{Evaluate, Evaluation};
@@ -35,6 +38,7 @@ pub use method::{
     A2c, Bc, Beside, Cloning, Dqn, Gail, Inferred, Itd, Learning, Means, Method, NewTask, Ppo,
     PsiPhi, Setting, Shares, Sqil, q_loss, q_target,
 };
+pub use scenes::{FindScenes, Scenes};
 pub use watch::Watched;
 pub use windows::Windows;
 
@@ -59,10 +63,12 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Learn>()
         .op::<Evaluate>()
         .op::<Act>()
+        .op::<Adapt>()
         .op::<Demonstrate>()
         .op::<LabelledActions>()
         .op::<Watched>()
         .op::<Windows>()
+        .op::<FindScenes>()
         .op::<Imitation>()
         .op::<LearnedPreferences>()
         .op::<MatchedCumulants>()

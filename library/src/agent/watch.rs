@@ -302,7 +302,7 @@ mod tests {
 
     fn drove(r#in: Box<dyn Env>, episodes: usize, stream: &str) -> Rollouts {
         let (actor, stream) = (Box::new(Random {}), stream.to_owned());
-        let act = super::super::Act { actor, r#in, episodes, limit: 0, stream };
+        let act = super::super::Act { actor, r#in, episodes, limit: 0, stream, keeps: Vec::new() };
         act.run(&Ctx::new("act", 0, None)).unwrap()
     }
 

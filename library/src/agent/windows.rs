@@ -71,7 +71,7 @@ fn of_plans(facts: &Facts<'_>) -> Option<Shapes> {
     Some(form(&sees, &order, [facts.arg("steps")?, places.len()]).shapes())
 }
 
-fn listed(names: &[String]) -> String {
+pub(super) fn listed(names: &[String]) -> String {
     let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
 }
@@ -105,23 +105,46 @@ pub(super) fn form(fields: &[Field], order: &[usize], [steps, dims]: [usize; 2])
     Form { input, beside, target: vec![steps, dims], ..Form::default() }
 }
 
+/// What tells where one is and heads, as columns of what is told.
+#[derive(Clone, Debug)]
+pub(super) struct Placed {
+    places: Vec<usize>,
+    heading: Option<usize>,
+}
+
+impl Placed {
+    /// Those of some names.
+    pub(super) fn of(tells: &[String], places: &[String], heading: &str) -> Result<Self, String> {
+        let column = |name: &str| {
+            let why = || format!("the world tells no `{name}`, but {}", listed(tells));
+            tells.iter().position(|told| told == name).ok_or_else(why)
+        };
+        let places = places.iter().map(|name| column(name)).collect::<Result<_, _>>()?;
+        let heading = if heading.is_empty() { None } else { Some(column(heading)?) };
+        Ok(Self { places, heading })
+    }
+
+    /// Appends where one is by one row of what is told, seen from another.
+    pub(super) fn moved(&self, from: &[f32], to: &[f32], plan: &mut Vec<f64>) {
+        let mut moved = self.places.iter().map(|i| f64::from(to[*i]) - f64::from(from[*i]));
+        match self.heading.map(|heading| f64::from(from[heading]).sin_cos()) {
+            None => plan.extend(moved),
+            Some((sin, cos)) => {
+                let (dx, dy) = (moved.next(), moved.next());
+                let (dx, dy) = (dx.unwrap_or_default(), dy.unwrap_or_default());
+                plan.extend([cos * dx + sin * dy, cos * dy - sin * dx]);
+            }
+        }
+    }
+}
+
 impl Op for Windows {
     fn run(&self, _: &Ctx) -> Result<Dataset, OpError> {
         let (of, seen) = (&*self.of, &self.of.paths.seen);
         let order = chosen(seen.fields(), &self.sees).map_err(failed)?;
         let form = form(seen.fields(), &order, [self.steps, self.places.len()]);
-        let column = |name: &String| {
-            let why = || {
-                OpError::Failed(format!("the world tells no `{name}`, but {}", listed(&of.tells)))
-            };
-            of.tells.iter().position(|told| told == name).ok_or_else(why)
-        };
-        let places = self.places.iter().map(column).collect::<Result<Vec<_>, _>>()?;
-        let heading = match self.heading.as_str() {
-            "" => None,
-            _ => Some(column(&self.heading)?),
-        };
-        let told = |step: usize, column: usize| f64::from(of.told[step * of.tells.len() + column]);
+        let place = Placed::of(&of.tells, &self.places, &self.heading).map_err(OpError::Failed)?;
+        let told = |step: usize| &of.told[step * of.tells.len()..][..of.tells.len()];
         let (mut x, mut y) = (Vec::new(), Vec::new());
         let mut row = vec![0.0; form.input_len()];
         for (from, done, steps, _) in of.paths.each() {
@@ -137,17 +160,7 @@ impl Op for Windows {
                 x.extend(row.iter().map(|x| f64::from(*x)));
                 let now = done + t - 1;
                 for k in 1..=self.steps {
-                    let then = now + k * self.every;
-                    let mut moved =
-                        places.iter().map(|place| told(then, *place) - told(now, *place));
-                    match heading.map(|heading| told(now, heading).sin_cos()) {
-                        None => y.extend(moved),
-                        Some((sin, cos)) => {
-                            let (dx, dy) = (moved.next(), moved.next());
-                            let (dx, dy) = (dx.unwrap_or_default(), dy.unwrap_or_default());
-                            y.extend([cos * dx + sin * dy, cos * dy - sin * dx]);
-                        }
-                    }
+                    place.moved(told(now), told(now + k * self.every), &mut y);
                 }
             }
         }

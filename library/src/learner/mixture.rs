@@ -1,10 +1,11 @@
 //! Many models as one.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use ivx_data::form;
 use ivx_nn::{Fitted, Mixture as EvenMixture, Model};
-use ivx_op::{Array, Ctx, Facts, Members, One, Op, OpError, Shapes, declare};
+use ivx_op::{Array, Ctx, Facts, MemberCount, Members, One, Op, OpError, Shapes, declare};
 
 use super::spread::with_std;
 
@@ -46,6 +47,37 @@ impl Op for Mixture {
         };
         let function = EvenMixture { members: self.model.to_vec(), noise };
         Ok(Model::Fitted(Fitted { form, function: Arc::new(function) }))
+    }
+}
+
+declare! {
+    /// The members of a `mixture`, or of what `adapt` learned, as an ensemble again.
+    pub struct MembersOf = "members_of" @ 1, stochastic -> Model {
+        /// The mixture.
+        model: One<Model>;
+        /// How many members it has.
+        members: MemberCount, in 1.0..;
+    }
+    shapes as_model;
+}
+
+fn as_model(facts: &Facts<'_>) -> Option<Shapes> {
+    facts.shapes("model").cloned()
+}
+
+impl Op for MembersOf {
+    fn run(&self, ctx: &Ctx) -> Result<Model, OpError> {
+        let MemberCount = self.members;
+        let of: Option<&EvenMixture> = match &*self.model {
+            Model::Fitted(fitted) => (&*fitted.function as &dyn Any).downcast_ref(),
+            _ => None,
+        };
+        let of = of.ok_or_else(|| OpError::Failed("the model is no mixture of models".into()))?;
+        let k = ctx.member.and_then(|k| usize::try_from(k).ok()).unwrap_or_default();
+        of.members.get(k).cloned().ok_or_else(|| {
+            let n = of.members.len();
+            OpError::Failed(format!("there is no member {} of {n}: ask for {n} members", k + 1))
+        })
     }
 }
 

@@ -42,7 +42,7 @@ pub use linear::{LinearMap, LinearMle};
 pub use logistic::Logistic;
 pub use map_estimate::MapEstimate;
 pub use mc_dropout::McDropout;
-pub use mixture::Mixture;
+pub use mixture::{MembersOf, Mixture};
 pub use predict::{Predict, PredictStd};
 pub use predictions::{ClassProbabilities, Predictions};
 pub use prior::{Flat, Laplace, Normal, Prior};
@@ -136,6 +136,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Train>()
         .op::<McDropout>()
         .op::<Mixture>()
+        .op::<MembersOf>()
         .op::<Predict>()
         .op::<PredictStd>()
         .op::<Predictions>()

@@ -133,6 +133,17 @@ impl<'a> Imitated<'a> {
         &self.scores
     }
 
+    /// What the knowledge equivalent makes of the log densities of a plan a row, without goals, and their variance.
+    pub(crate) fn said(&mut self, plans: &[f64]) -> Vec<[f64; 2]> {
+        self.scores(plans, 1);
+        let Self { scores, of_one, ke, weights, .. } = self;
+        let rows = scores.chunks_exact(weights.len()).map(|scores| {
+            of_one.iter_mut().zip(scores).for_each(|(to, x)| *to = f64::from(*x));
+            [ke.reduce(of_one, weights), ivx_math::moments::std(of_one).powi(2)]
+        });
+        rows.collect()
+    }
+
     /// Adds what goals say of each plan to its worth, and where they pull to the slope of its places.
     fn add_goals(&mut self, n: usize, worth: &mut [f64], slopes: bool) {
         let Some(goals) = &self.goals else { return };

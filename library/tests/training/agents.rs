@@ -45,7 +45,7 @@ fn bc() -> Part {
     let dims = ivx_world::mdp(&*(env() as Box<dyn Env>)).expect("a table").pairs();
     let policy = One(Array { dims, values: [0.2, 0.8].repeat(10) });
     let (actor, stream) = (Box::new(Tabular { policy }), "main".to_owned());
-    let act = Act { actor, r#in: env(), episodes: 300, limit: 0, stream };
+    let act = Act { actor, r#in: env(), episodes: 300, limit: 0, stream, keeps: Vec::new() };
     let values = vec![act.run(&Ctx::new("act", 1, None)).expect("it acts")];
     let of = Labelled(Gathered { dims: Vec::new(), values, name: String::new() });
     let shown = Demonstrate { of, whose: String::new() }

@@ -99,7 +99,8 @@ fn gathered<T>(value: T) -> Gathered<T> {
 
 fn shown(world: Corner) -> Lit {
     let (actor, stream) = (Box::new(Expert), "main".to_owned());
-    let act = Act { actor, r#in: Box::new(world), episodes: 50, limit: 0, stream };
+    let act =
+        Act { actor, r#in: Box::new(world), episodes: 50, limit: 0, stream, keeps: Vec::new() };
     let of = Labelled(gathered(act.run(&Ctx::new("act", 1, None)).expect("it acts")));
     let show = Demonstrate { of, whose: String::new() };
     let shown = show.run(&Ctx::new("demonstrations", 1, None)).expect("they are");

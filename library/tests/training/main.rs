@@ -1,5 +1,6 @@
 //! Trainings on passes of a graph: the same bits however they run, and known answers found.
 
+mod adapting;
 mod agents;
 mod determinism;
 mod explained;

@@ -2,6 +2,7 @@
 
 mod member;
 mod model;
+mod online;
 mod product;
 mod scorer;
 mod train;
@@ -9,6 +10,7 @@ mod train;
 pub use member::PlanWeights;
 pub use model::{Imitative, Imitators, PlanNets};
 pub(crate) use model::{KIND, read};
+pub use online::PlanLearner;
 pub use scorer::Scorer;
 pub use train::{PlanTraining, fit_plans, plan_log_density};
 

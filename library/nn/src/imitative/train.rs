@@ -77,7 +77,7 @@ pub fn fit_plans(
 }
 
 /// `ln q(a | s)` of each observation.
-fn log_density(
+pub(super) fn log_density(
     live: &Live,
     form: &Form,
     (xs, plans): (&[f32], &[f32]),

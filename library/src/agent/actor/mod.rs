@@ -10,6 +10,7 @@ mod rip;
 mod softened;
 mod tabular;
 mod trained;
+mod wheels;
 
 use std::fmt::Debug;
 use std::sync::LazyLock;
@@ -25,6 +26,7 @@ pub(crate) use imitated::known;
 pub use mpc::Mpc;
 pub use noisy::Noisy;
 pub use random::Random;
+pub(crate) use rip::Driver;
 pub use rip::Rip;
 pub use softened::Softened;
 pub use tabular::Tabular;
@@ -45,6 +47,16 @@ pub trait Actor: Debug + Send + Sync {
     /// # Errors
     /// Why there can be nobody.
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit>;
+
+    /// Itself, if it drives by the plans of imitative models.
+    fn rip(&self) -> Option<&Rip> {
+        None
+    }
+
+    /// What is told of each of its choices, besides what the world tells of what comes of it.
+    fn tells(&self) -> &'static [&'static str] {
+        &[]
+    }
 }
 
 family!(dyn Actor, "Actor", actors);

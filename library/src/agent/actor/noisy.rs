@@ -30,6 +30,10 @@ impl Actor for Noisy {
         let n_actions = spec.does.n_discrete()?;
         Ok(Box::new(Slipping { of: self.actor.open(spec)?, share: self.share, n_actions }))
     }
+
+    fn tells(&self) -> &'static [&'static str] {
+        self.actor.tells()
+    }
 }
 
 struct Slipping<'a> {
@@ -41,6 +45,14 @@ struct Slipping<'a> {
 impl Acting for Slipping<'_> {
     fn begin(&mut self) {
         self.of.begin();
+    }
+
+    fn rest(&mut self, lanes: &[usize]) {
+        self.of.rest(lanes);
+    }
+
+    fn tell(&self, lane: usize, told: &mut Vec<f32>) {
+        self.of.tell(lane, told);
     }
 
     fn act(

@@ -1,17 +1,17 @@
 //! Robust imitative planning (§3.2.1).
 
 use ivx_data::form::{same, told};
-use ivx_data::{Columns, Field, Kind, Misfit, Values};
-use ivx_nn::{Imitators, Model, Real as _};
+use ivx_data::{Columns, Field, Form, Kind, Misfit, Values};
+use ivx_nn::{Imitative, Imitators, Model, Real as _};
 use ivx_op::{Members, OpError, Part, declare};
-use ivx_town::{Follower, Pose};
 use ivx_world::{Acts, Luck, Spec};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::Actor;
+use super::wheels::{AHEAD, Eyes, Wheels};
 use crate::agent::agent::Acting;
-use crate::agent::windows::{chosen, form};
+use crate::agent::windows::form;
 use crate::ke::KnowledgeEquivalent;
 use crate::planner::{Goals, Imitated, Planner, Planning, Space, imitating};
 
@@ -21,9 +21,9 @@ declare! {
     /// the two controllers of `town`'s cars follow it (Eqn. 3.12). With one model it is a deep imitative model (Rhinehart et
     /// al., 2020).
     ///
-    /// Places of a plan are joined by straight lines. The car steers to where it should be a quarter of a second ahead, at the
-    /// mean speed of the plan until then; in the first five seconds of a drive at 20 km/h.
-    pub struct Rip = "rip" @ 1 {
+    /// Places of a plan are joined by a cubic curve that begins as the car heads. The car steers to where it should be on it a
+    /// quarter of a second ahead, at the mean speed of the plan to its first place.
+    pub struct Rip = "rip" @ 2 {
         /// Models of plans that `windows` cut from drives, equally probable.
         model: Members<Model>;
         /// How what they say is reduced.
@@ -44,29 +44,14 @@ declare! {
 
 /// The field of points ahead on the route.
 const GOALS: &str = "goals";
-/// The field of how fast the car is.
-const SPEED: &str = "velocity";
-/// How many steps ahead the car steers to.
-const AHEAD: usize = 5;
-/// Seconds of a step.
-const DT: f64 = 0.05;
-/// Steps in which a drive begins, and metres a second until then.
-const BEGINS: (usize, f64) = (100, 20.0 / 3.6);
+/// What is told of each plan: what the knowledge equivalent makes of its log densities, without goals, and their variance
+/// over members (Eqn. 3.11a).
+const TELLS: [&str; 2] = ["log_density", "variance"];
 
 impl Rip {
-    /// The fields that models see, that of speeds and that of goals.
-    fn fields(&self, spec: &Spec) -> Result<(Vec<usize>, usize, Option<usize>), Misfit> {
-        let order = chosen(&spec.sees, &self.sees)?;
-        if spec.does.field().width() != 2 || spec.does.n_discrete().is_ok() {
-            let message =
-                "plans are followed by a pedal and a steering wheel, which this world has not";
-            return Err(Misfit::new(message.to_owned(), "use a `town` or `carnovel`"));
-        }
-        let is_speed = |f: &Field| f.name == SPEED && f.width() > 0 && f.kind == Kind::F32;
-        let speed = spec.sees.iter().position(is_speed).ok_or_else(|| {
-            let message = "the world does not show how fast the car is".to_owned();
-            Misfit::new(message, "use a world that shows `velocity`, forward first")
-        })?;
+    /// What is seen, and the field of goals where these matter.
+    fn fields(&self, spec: &Spec) -> Result<(Eyes, Option<usize>), Misfit> {
+        let eyes = Eyes::of(spec, &self.sees)?;
         let is_goals =
             |f: &Field| f.name == GOALS && f.shape.get(1) == Some(&2) && f.kind == Kind::F32;
         let goals = spec.sees.iter().position(is_goals);
@@ -77,7 +62,7 @@ impl Rip {
                 "write `goal_std: 0.0`, or use a world that shows `goals`",
             ));
         }
-        Ok((order, speed, goals.filter(|_| self.goal_std > 0.0)))
+        Ok((eyes, goals.filter(|_| self.goal_std > 0.0)))
     }
 
     /// Whether noise is searched.
@@ -88,11 +73,11 @@ impl Rip {
 
 impl Actor for Rip {
     fn fits(&self, spec: &Spec) -> Result<(), Misfit> {
-        let (order, ..) = self.fields(spec)?;
+        let (eyes, _) = self.fields(spec)?;
         let of = self.model.iter().next().map(|model| model.form().into_owned());
         // Of a model that is still to be computed the shapes of data are known, if any.
         let Some(of) = of.filter(|of| of.target.len() == 2) else { return Ok(()) };
-        let own = form(&spec.sees, &order, [of.target[0], of.target[1]]);
+        let own = form(&spec.sees, eyes.order(), [of.target[0], of.target[1]]);
         if (&of.input, of.beside) != (&own.input, own.beside) {
             let message = format!("the models see {}, and in this world {}", told(&of), told(&own));
             return Err(Misfit::new(
@@ -109,9 +94,27 @@ impl Actor for Rip {
     }
 
     fn open(&self, spec: &Spec) -> Result<Box<dyn Acting + '_>, Misfit> {
-        self.fits(spec)?;
-        let (order, speed, goals) = self.fields(spec)?;
         let models = imitating(&self.model)?;
+        self.with(&models, spec).map(|driver| Box::new(driver) as Box<dyn Acting>)
+    }
+
+    fn tells(&self) -> &'static [&'static str] {
+        &TELLS
+    }
+
+    fn rip(&self) -> Option<&Rip> {
+        Some(self)
+    }
+}
+
+impl Rip {
+    /// Who drives by other models in the place of its own.
+    ///
+    /// # Errors
+    /// Why nobody can.
+    pub(crate) fn with(&self, models: &[&Imitative], spec: &Spec) -> Result<Driver<'_>, Misfit> {
+        self.fits(spec)?;
+        let (eyes, goals) = self.fields(spec)?;
         let form = self.model.first().map(|model| model.form().into_owned());
         let form = form.ok_or_else(|| Misfit::new("there is no model".to_owned(), "give one"))?;
         self.model.iter().try_for_each(|model| same(&form, &model.form()))?;
@@ -119,42 +122,43 @@ impl Actor for Rip {
             let message = format!("plans are of places of two numbers, not of {}", form.target[1]);
             return Err(Misfit::new(message, "cut `windows` of two places"));
         }
-        Ok(Box::new(Driver {
+        Ok(Driver {
             of: self,
-            opened: Imitators::of(&models, &form),
+            opened: Imitators::of(models, &form),
             planning: self.plan.open(),
-            order,
+            wheels: Wheels::new(self.every),
+            eyes,
             goals,
-            speed,
-            width: form.input_len(),
-            lanes: Vec::new(),
-            age: 0,
             seen: Vec::new(),
             plans: Vec::new(),
             worth: Vec::new(),
-        }))
+            told: Vec::new(),
+        })
     }
 }
 
-struct Driver<'a> {
+/// Somebody who drives by the plans of imitative models.
+pub(crate) struct Driver<'a> {
     of: &'a Rip,
     opened: Imitators,
     planning: Box<dyn Planning>,
-    order: Vec<usize>,
+    wheels: Wheels,
+    eyes: Eyes,
     goals: Option<usize>,
-    speed: usize,
-    /// How many numbers models see.
-    width: usize,
-    lanes: Vec<Follower>,
-    age: usize,
     seen: Vec<f32>,
     plans: Vec<f64>,
     worth: Vec<f64>,
+    /// Of each lane, also of those that rest.
+    told: Vec<[f32; TELLS.len()]>,
 }
 
 impl Acting for Driver<'_> {
     fn begin(&mut self) {
-        self.age = 0;
+        self.wheels.begin();
+    }
+
+    fn rest(&mut self, lanes: &[usize]) {
+        self.wheels.rest(lanes);
     }
 
     fn act(
@@ -163,96 +167,69 @@ impl Acting for Driver<'_> {
         rng: &mut ChaCha8Rng,
         acts: &mut Acts,
     ) -> Result<(), OpError> {
-        if self.age == 0 {
-            self.lanes = vec![Follower::default(); seen.len()];
-        }
-        self.look(seen);
         let places = self.plan(seen, rng)?;
-        let Values::F32(speeds) = seen.values(self.speed) else {
-            unreachable!("speeds are numbers")
-        };
-        let lanes = self.lanes.iter_mut().zip(acts.vectors.chunks_exact_mut(2));
-        let plans = places.chunks_exact(places.len() / seen.len());
-        for (lane, ((follower, act), plan)) in lanes.zip(plans).enumerate() {
-            let point = |step: usize| along(plan, step, self.of.every);
-            let moves = (0..AHEAD).map(|i| {
-                let (a, b) = (point(i), point(i + 1));
-                (b[0] - a[0]).hypot(b[1] - a[1])
-            });
-            #[expect(clippy::cast_precision_loss, reason = "five")]
-            let planned = moves.sum::<f64>() / AHEAD as f64 / DT;
-            let target = if self.age < BEGINS.0 { BEGINS.1 } else { planned };
-            let speed = f64::from(speeds[lane * speeds.len() / seen.len()]);
-            let does = follower.follow(&Pose::default(), speed, target, point(AHEAD));
-            act.copy_from_slice(&[does.throttle - does.brake, does.steer].map(f32::of));
-        }
-        self.age += 1;
+        self.follow(seen, &places, acts);
         Ok(())
+    }
+
+    fn tell(&self, lane: usize, told: &mut Vec<f32>) {
+        told.extend(self.told[lane]);
     }
 }
 
 impl Driver<'_> {
-    fn look(&mut self, seen: &Columns) {
-        self.seen.resize(seen.len() * self.width, 0.0);
-        for (lane, row) in self.seen.chunks_exact_mut(self.width).enumerate() {
-            let mut rest = row;
-            for &field in &self.order {
-                let (own, others) = rest.split_at_mut(seen.fields()[field].spread());
-                seen.spread(field, lane, own);
-                rest = others;
-            }
-        }
-        self.opened.see(&self.seen);
+    /// Drives by other models from now on.
+    pub(crate) fn learn(&mut self, models: &[&Imitative], form: &Form) {
+        self.opened = Imitators::of(models, form);
     }
 
-    /// The best plan of each lane, `[lanes, steps, 2]`.
-    fn plan(&mut self, seen: &Columns, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, OpError> {
-        let len = self.opened.scorer.len();
+    /// Follows plans of the lanes that go on, `[lanes, steps, 2]`.
+    pub(crate) fn follow(&mut self, seen: &Columns, places: &[f64], acts: &mut Acts) {
+        self.wheels.follow(&self.eyes, seen, places, acts);
+    }
+
+    /// What models saw last, lane by lane.
+    pub(crate) fn seen(&self) -> &[f32] {
+        &self.seen
+    }
+
+    /// How much models differ about the plan of a lane (Eqn. 3.11a).
+    pub(crate) fn variance(&self, lane: usize) -> f64 {
+        f64::from(self.told[lane][1])
+    }
+
+    /// The best plan of each lane that goes on, `[lanes, steps, 2]`.
+    pub(crate) fn plan(
+        &mut self,
+        seen: &Columns,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Vec<f64>, OpError> {
+        let lanes = self.wheels.awake(seen.len());
+        self.eyes.look(seen, lanes, &mut self.seen);
+        self.opened.see(&self.seen);
+        let (len, n) = (self.opened.scorer.len(), lanes.len());
         let goals = self.goals.map(|field| {
             let Values::F32(all) = seen.values(field) else { unreachable!("goals are numbers") };
-            let places = all.iter().map(|x| f64::from(*x)).collect();
-            Goals { places, dims: 2, std: self.of.goal_std }
+            let width = all.len() / seen.len();
+            let own = lanes.iter().flat_map(|lane| &all[lane * width..][..width]);
+            Goals { places: own.map(|x| f64::from(*x)).collect(), dims: 2, std: self.of.goal_std }
         });
         self.plans.clear();
-        self.plans.resize(seen.len() * len, 0.0);
-        self.worth.resize(seen.len(), 0.0);
+        self.plans.resize(n * len, 0.0);
+        self.worth.resize(n, 0.0);
         if !self.of.is_latent() {
-            let mut means = vec![0.0; seen.len() * len];
+            let mut means = vec![0.0; n * len];
             self.opened.scorer.plans(0, &mut means, 1);
             self.plans.iter_mut().zip(means).for_each(|(to, x)| *to = f64::from(x));
         }
         let mut luck = Luck::from(ChaCha8Rng::from_rng(rng));
         let mut of = Imitated::new(&mut self.opened, &*self.of.ke, goals, self.of.is_latent());
         self.planning.plan(&mut of, &mut self.plans, &mut self.worth, &mut luck)?;
-        Ok(of.places(&self.plans, 1).iter().map(|x| f64::from(*x)).collect())
-    }
-}
-
-/// Where a plan is after some steps of the world: on straight lines between its places, from where the car is; in the end
-/// at the last.
-fn along(plan: &[f64], step: usize, every: usize) -> [f64; 2] {
-    let place = |i: usize| if i == 0 { [0.0; 2] } else { [plan[2 * i - 2], plan[2 * i - 1]] };
-    let (before, rest) = (step / every, step % every);
-    if rest == 0 || before >= plan.len() / 2 {
-        return place(before.min(plan.len() / 2));
-    }
-    #[expect(clippy::cast_precision_loss, reason = "steps are few")]
-    let share = rest as f64 / every as f64;
-    let (a, b) = (place(before), place(before + 1));
-    [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_plan_is_followed_on_straight_lines() {
-        let plan = [4.0, 0.0, 8.0, 2.0];
-        assert_eq!(along(&plan, 0, 20), [0.0, 0.0]);
-        assert_eq!(along(&plan, 5, 20), [1.0, 0.0]);
-        assert_eq!(along(&plan, 30, 20), [6.0, 1.0]);
-        assert_eq!(along(&plan, 40, 20), [8.0, 2.0]);
-        assert_eq!(along(&plan, 55, 20), [8.0, 2.0]);
+        let places = of.places(&self.plans, 1).iter().map(|x| f64::from(*x)).collect();
+        self.told.resize(seen.len(), [0.0; TELLS.len()]);
+        for (lane, said) in lanes.iter().zip(of.said(&self.plans)) {
+            self.told[*lane] = said.map(f32::of);
+        }
+        Ok(places)
     }
 }

@@ -101,6 +101,6 @@ fn walked(
     (episodes, stream): (usize, &str),
 ) -> ivx_data::Rollouts {
     let (actor, stream) = (Box::new(super::Tabular { policy }), stream.to_owned());
-    let act = super::Act { actor, r#in, episodes, limit: 500, stream };
+    let act = super::Act { actor, r#in, episodes, limit: 500, stream, keeps: Vec::new() };
     ivx_op::Op::run(&act, &ivx_op::Ctx::new("act", 3, None)).expect("the policy is of the world")
 }

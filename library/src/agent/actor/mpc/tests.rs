@@ -49,7 +49,7 @@ fn returns(actor: Box<dyn Actor>, r#in: Box<dyn Env>, trials: usize) -> Vec<f64>
 
 fn episodes(actor: Box<dyn Actor>, r#in: Box<dyn Env>, episodes: usize) -> Rollouts {
     let stream = "main".to_owned();
-    Act { actor, r#in, episodes, limit: 30, stream }.run(&CTX).expect("it acts")
+    Act { actor, r#in, episodes, limit: 30, stream, keeps: Vec::new() }.run(&CTX).expect("it acts")
 }
 
 /// A weight on a spring that is pushed. All is linear: it pays its speed.
@@ -445,7 +445,8 @@ fn a_model_that_says_nothing_is_an_error_where_it_is_asked() {
     let none = affine(3, 3, &[f64::NAN; 9]);
     let actor = Box::new(mpc(cem(9, 1), learned(vec![none]), 3));
     let stream = "main".to_owned();
-    let act = Act { actor, r#in: Box::new(Spring), episodes: 1, limit: 5, stream };
+    let act =
+        Act { actor, r#in: Box::new(Spring), episodes: 1, limit: 5, stream, keeps: Vec::new() };
     let why = act.run(&CTX).unwrap_err().to_string();
     let told = "at step 0 of the episode in lane 0: no plan that was tried for problem 0 is worth a number";
     assert_eq!(why, told);
