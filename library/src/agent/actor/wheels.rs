@@ -160,7 +160,7 @@ mod tests {
             let [ahead, aside] = along(&straight, step, 20);
             assert!((ahead - x).abs() < 1e-12 && aside == 0.0, "{step}: {ahead}");
         }
-        // A quarter of a circle of 6 m in two places: at once it bends little, and nowhere is it farther off than 0.15 m.
+        // A quarter of a circle of 6 m in two places: at once it bends little, and it is nowhere far off, and where the car steers to hardly.
         let on = |turn: f64| [6.0 * turn.sin(), 6.0 * (1.0 - turn.cos())];
         let quarter = std::f64::consts::FRAC_PI_2;
         let bend = [on(0.5 * quarter), on(quarter)].concat();
@@ -168,7 +168,7 @@ mod tests {
         for step in 0..=40_u32 {
             let [ahead, aside] = along(&bend, step as usize, 20);
             let off = (ahead.hypot(aside - 6.0) - 6.0).abs();
-            assert!(off < 0.15, "{step}: {off}");
+            assert!(off < if step <= 5 { 0.05 } else { 0.2 }, "{step}: {off}");
         }
         let lines = [on(0.5 * quarter)[0] / 2.0, on(0.5 * quarter)[1] / 2.0];
         assert!((lines[0].hypot(lines[1] - 6.0) - 6.0).abs() > 0.4, "straight lines cut it");
