@@ -176,6 +176,33 @@ impl Op for Returns {
     }
 }
 
+declare! {
+    /// What a world told of all steps of each episode together, and who acted of theirs: sums, by what they are of.
+    pub struct ToldSums = "told_sums" @ 1 -> Array [episode, told] {
+        /// The episodes.
+        of: One<Rollouts>;
+    }
+}
+
+impl Op for ToldSums {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let (told, width) = (&self.of.told, self.of.tells.len());
+        let (mut n, mut values) = (0, Vec::new());
+        for (_, done, steps, _) in self.of.paths.each() {
+            n += 1;
+            let mut sums = vec![0.0; width];
+            for t in done..done + steps {
+                let row = sums.iter_mut().zip(&told[t * width..][..width]);
+                row.for_each(|(sum, told)| *sum += f64::from(*told));
+            }
+            values.extend(sums);
+        }
+        let numbers = Labels::Numbers((0..n).map(real).collect());
+        let by = Labels::Names(self.of.tells.clone());
+        Ok(Array { dims: vec![Dim::new("episode", numbers), Dim::new("told", by)], values })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::actor::{Random, Tabular};
@@ -259,6 +286,16 @@ mod tests {
         let of = One(Rollouts::from(strolls(2)));
         // 1 + 0 + ¼·2
         assert_eq!(Returns { of, discount: 0.5 }.run(&CTX).unwrap().values, [1.5, 1.5]);
+    }
+
+    #[test]
+    fn what_is_told_is_summed_by_hand() {
+        let mut of = Rollouts::from(strolls(2));
+        of.tells = vec!["a".to_owned(), "b".to_owned()];
+        of.told = (0..12_u8).map(f32::from).collect();
+        let sums = ToldSums { of: One(of) }.run(&CTX).unwrap();
+        // 0 + 2 + 4, 1 + 3 + 5, and 6 more for each of three steps.
+        assert_eq!(sums.values, [6.0, 9.0, 24.0, 27.0]);
     }
 
     #[test]

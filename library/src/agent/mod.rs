@@ -24,7 +24,7 @@ mod windows;
 
 use ivx_op::Registry;
 
-pub use act::{Act, Returns};
+pub use act::{Act, Returns, ToldSums};
 pub use actor::{
     Actor, Autopilot, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained,
 };
@@ -74,4 +74,5 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<MatchedCumulants>()
         .op::<CumulantMap>()
         .op::<Returns>()
+        .op::<ToldSums>()
 }

@@ -34,7 +34,7 @@ declare! {
         /// The axes and dimensions that vanish.
         over: AxisNames;
         /// How often.
-        confidence: f64 = 0.95, in 0.0..=1.0;
+        confidence: f64 = 0.95, in 0.001..=0.999;
     }
 }
 
@@ -58,7 +58,7 @@ declare! {
 ///
 /// # Errors
 /// If they are not of each other, or an outcome is neither 0 nor 1.
-fn judged(
+pub(super) fn judged(
     (x, happened): (&Named<Array>, &Named<Array>),
     over: &AxisNames,
     of: impl Fn(&[f64], &[bool]) -> Vec<f64>,
@@ -101,11 +101,6 @@ impl Op for Auroc {
 
 impl Op for AurocInterval {
     fn run(&self, _: &Ctx) -> Result<Array, OpError> {
-        if self.confidence <= 0.0 || self.confidence >= 1.0 {
-            let why =
-                format!("an interval holds the truth sometimes, not {} of times", self.confidence);
-            return Err(OpError::Failed(why));
-        }
         let of = |scores: &[f64], happened: &[bool]| match area(scores, happened) {
             Some(area) => {
                 let (low, high) = area.interval(self.confidence);

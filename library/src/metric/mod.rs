@@ -1,6 +1,7 @@
 //! Measures, their arithmetic and reductions, and claims about them.
 
 mod accuracy;
+mod among;
 mod arithmetic;
 mod broadcast;
 mod choice;
@@ -31,6 +32,7 @@ mod stratified;
 use ivx_op::{Array, Dim, Gathered, Labels, OpError, Registry};
 
 pub use accuracy::Accuracy;
+pub use among::{ShareAmong, ShareAmongInterval};
 pub use arithmetic::{Add, AtLeast, AtMost, Div, Equal, Greater, Less, Mul, Neg, Sub, Unequal};
 pub use choice::{ArgmaxOver, ArgminOver, Highest, Lowest};
 pub use claim::Claim;
@@ -81,6 +83,8 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<Auroc>()
         .op::<AurocInterval>()
         .op::<RateAbove>()
+        .op::<ShareAmong>()
+        .op::<ShareAmongInterval>()
         .op::<JensenShannon>()
         .op::<Sort>()
         .op::<ArgminOver>()
