@@ -147,6 +147,17 @@ fn is_zero(n: &usize) -> bool {
     *n == 0
 }
 
+/// Numbers as bytes, if all of them are.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "only whole bytes are kept"
+)]
+fn bytes(numbers: &[f64]) -> Option<Vec<u8>> {
+    let byte = |x: &f64| (f64::from(*x as u8).to_bits() == x.to_bits()).then_some(*x as u8);
+    numbers.iter().map(byte).collect()
+}
+
 /// `n` rows of two columns, one after the other in each.
 fn interleaved(one: &[f64], other: &[f64], n: usize) -> Vec<f64> {
     let rows = |values: &[f64], i: usize| {
@@ -167,7 +178,14 @@ impl Artifact for Dataset {
         let rows = self.x.chunks_exact(self.form.input_len().max(1));
         let (x, beside): (Vec<&[f64]>, Vec<&[f64]>) =
             rows.map(|row| row.split_at(row.len() - self.form.beside)).unzip();
-        let (x, y) = (column(&self.form.input, &x.concat()), column(&self.form.target, &self.y));
+        let (x, y) = (x.concat(), column(&self.form.target, &self.y));
+        // Pictures are mostly of bytes, an eighth of what numbers take.
+        let x = match bytes(&x) {
+            Some(bytes) if self.form.input.len() == 3 => {
+                Data::U8([&[self.len()], &self.form.input[..]].concat(), bytes)
+            }
+            _ => column(&self.form.input, &x),
+        };
         let mut tensors = Tensors { arrays: [("x".to_owned(), x), ("y".to_owned(), y)].into() };
         if self.form.beside > 0 {
             let beside = column(&[self.form.beside], &beside.concat());
@@ -182,7 +200,14 @@ impl Artifact for Dataset {
 
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (mut tensors, classes) = Tensors::decode(Self::KIND, bytes)?;
-        let ((of_x, x), (of_y, y)) = (tensors.f64("x")?, tensors.f64("y")?);
+        let (of_x, x) = match tensors.arrays.get("x") {
+            Some(Data::U8(..)) => {
+                let (shape, bytes) = tensors.u8("x")?;
+                (shape, bytes.into_iter().map(f64::from).collect())
+            }
+            _ => tensors.f64("x")?,
+        };
+        let (of_y, y) = tensors.f64("y")?;
         let ((n, input), (m, target)) = (of_x.split_first()?, of_y.split_first()?);
         let names = if tensors.arrays.contains_key(NAMES) {
             ron::de::from_bytes(&tensors.u8(NAMES)?.1).ok()?
@@ -221,7 +246,11 @@ mod tests {
             Names { inputs: vec!["a".into(), "b,\n".into()], classes: vec!["é\"".into()] };
         let mut driven = images.clone();
         driven.form = Form { input: vec![1, 1, 1], beside: 1, ..images.form.clone() };
-        for data in [&pairs, &images, &named, &driven, &Dataset::default()] {
+        let mut shaded = images.clone();
+        shaded.x[1] = 0.5;
+        let mut signed = images.clone();
+        signed.x[0] = -0.0;
+        for data in [&pairs, &images, &named, &driven, &shaded, &signed, &Dataset::default()] {
             assert_eq!(Dataset::decode(&data.encode()).as_ref(), Some(data));
         }
         assert_eq!(driven.pick(&[1]).x, [2.0, 3.0]);
