@@ -26,7 +26,7 @@ use ivx_op::Registry;
 
 pub use act::{Act, Returns, ToldSums};
 pub use actor::{
-    Actor, Autopilot, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained,
+    Actor, Autopilot, Follows, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained,
 };
 pub use adapt::{Adapt, Adapted};
 pub use agent::{Acting, Agent, Choice, best, look, sight};

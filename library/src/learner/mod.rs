@@ -1,6 +1,7 @@
 //! How models are learned from data.
 
 mod boosted_trees;
+mod distilled;
 mod ensemble;
 mod features;
 mod imitative;
@@ -30,6 +31,7 @@ use ivx_nn::Model;
 use ivx_op::{Ctx, OpError, Parts, Registry, family};
 
 pub use boosted_trees::BoostedTrees;
+pub use distilled::Distilled;
 pub use ensemble::Ensemble;
 pub use features::{Features, Polynomial};
 pub use imitative::Imitative;
@@ -135,6 +137,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .parts(infer::table())
         .op::<Train>()
         .op::<McDropout>()
+        .op::<Distilled>()
         .op::<Mixture>()
         .op::<MembersOf>()
         .op::<Predict>()

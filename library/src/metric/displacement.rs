@@ -1,9 +1,10 @@
 //! How far plans are from what came, as the nuScenes prediction challenge has it.
 
-use ivx_data::Dataset;
+use ivx_data::form::{form, told, wrong};
+use ivx_data::{Dataset, Misfit};
 use ivx_math::moments::real;
 use ivx_math::trajectory::{Displacement, displacements, is_miss, min_ade, min_fde};
-use ivx_op::{Array, Ctx, Dim, Labels, One, Op, OpError, declare};
+use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Wrong, declare};
 
 declare! {
     /// The least mean distance of the `k` plans that are worth most from what came, of each observation: minADE_k.
@@ -17,6 +18,7 @@ declare! {
         /// How many plans count; all where there are fewer.
         k: usize, in 1.0..=100_000.0;
     }
+    rule are_places;
 }
 
 declare! {
@@ -32,6 +34,7 @@ declare! {
         /// How many plans count; all where there are fewer.
         k: usize, in 1.0..=100_000.0;
     }
+    rule are_places;
 }
 
 declare! {
@@ -48,6 +51,19 @@ declare! {
         k: usize, in 1.0..=100_000.0;
         /// The bound.
         bound: f64 = 2.0, in 0.0..;
+    }
+    rule are_places;
+}
+
+/// The rule that what came are places of two numbers.
+fn are_places(facts: &Facts<'_>) -> Result<(), Wrong> {
+    match form(facts, "to") {
+        Some(form) if form.classes.is_some() || !matches!(form.target[..], [_, 2]) => {
+            let message = format!("the data are {}, and no plans in the plane", told(&form));
+            let help = "give data whose targets are `[steps, 2]`, such as `windows` makes";
+            Err(wrong("to")(Misfit::new(message, help)))
+        }
+        _ => Ok(()),
     }
 }
 

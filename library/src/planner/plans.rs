@@ -76,12 +76,13 @@ fn singles(values: &[f64]) -> Vec<f32> {
 }
 
 impl Op for LogDensity {
-    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+    fn run(&self, ctx: &Ctx) -> Result<Array, OpError> {
         let (data, form) = (&*self.on, &self.on.form);
         let mut opened = opened(std::slice::from_ref(&*self.model), form)?;
         let (width, len) = (form.input_len(), form.target_len());
         let mut values = Vec::new();
         for (xs, plans) in data.x.chunks(AT_ONCE * width).zip(data.y.chunks(AT_ONCE * len)) {
+            ctx.checkpoint(Vec::new)?;
             opened.see(&singles(xs));
             let mut scores = vec![0.0; plans.len() / len];
             opened.scorer.scores(&singles(plans), 1, &mut scores);
@@ -100,6 +101,7 @@ impl Op for Plans {
         let mut found = Found::default();
         let starts = starts(n, len, ctx);
         for xs in data.x.chunks(AT_ONCE * width) {
+            ctx.tell(found.rows as u64, data.len() as u64, || format!("{n} modes each"));
             opened.see(&singles(xs));
             self.search(&mut opened, &starts, ctx, &mut found)?;
         }
@@ -149,6 +151,7 @@ impl Plans {
             let mut planning = self.by.open();
             let mut luck = Luck::from(ctx.rng("search", &[]));
             for (mode, start) in starts.iter().enumerate() {
+                ctx.checkpoint(Vec::new)?;
                 let mut plans: Vec<f64> = start.repeat(rows);
                 if !self.latent {
                     let mut made = singles(&plans);

@@ -1,6 +1,7 @@
 //! Who acts in worlds of any kind.
 
 mod autopilot;
+mod follows;
 mod gpi;
 mod imitated;
 mod mpc;
@@ -20,6 +21,7 @@ use ivx_op::{Parts, family};
 use ivx_world::Spec;
 
 pub use autopilot::Autopilot;
+pub use follows::Follows;
 pub use gpi::Gpi;
 pub use imitated::Imitated;
 pub(crate) use imitated::known;
@@ -74,6 +76,7 @@ pub(super) fn actors() -> &'static Parts<dyn Actor> {
             .with(|x: Noisy| Box::new(x))
             .with(|x: Autopilot| Box::new(x))
             .with(|x: Rip| Box::new(x))
+            .with(|x: Follows| Box::new(x))
     });
     &TABLE
 }

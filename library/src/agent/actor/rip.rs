@@ -1,6 +1,6 @@
 //! Robust imitative planning (§3.2.1).
 
-use ivx_data::form::{same, told};
+use ivx_data::form::same;
 use ivx_data::{Columns, Field, Form, Kind, Misfit, Values};
 use ivx_nn::{Imitative, Imitators, Model, Real as _};
 use ivx_op::{Members, OpError, Part, declare};
@@ -9,9 +9,8 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::Actor;
-use super::wheels::{AHEAD, Eyes, Wheels};
+use super::wheels::{Eyes, Wheels};
 use crate::agent::agent::Acting;
-use crate::agent::windows::form;
 use crate::ke::KnowledgeEquivalent;
 use crate::planner::{Goals, Imitated, Planner, Planning, Space, imitating};
 
@@ -77,18 +76,7 @@ impl Actor for Rip {
         let of = self.model.iter().next().map(|model| model.form().into_owned());
         // Of a model that is still to be computed the shapes of data are known, if any.
         let Some(of) = of.filter(|of| of.target.len() == 2) else { return Ok(()) };
-        let own = form(&spec.sees, eyes.order(), [of.target[0], of.target[1]]);
-        if (&of.input, of.beside) != (&own.input, own.beside) {
-            let message = format!("the models see {}, and in this world {}", told(&of), told(&own));
-            return Err(Misfit::new(
-                message,
-                "let `sees` be as in the `windows` they learned from",
-            ));
-        }
-        if of.target[0] * self.every < AHEAD {
-            let message = format!("plans end before the {AHEAD} steps that the car looks ahead");
-            return Err(Misfit::new(message, "let plans be longer"));
-        }
+        eyes.fit(spec, &of, self.every)?;
         let len = of.target_len();
         self.plan.fits(&Space::boundless(len), len)
     }

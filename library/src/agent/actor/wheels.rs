@@ -1,16 +1,17 @@
 //! How cars follow plans (Assumption 3.1, Eqn. 3.12).
 
-use ivx_data::{Columns, Field, Kind, Misfit, Values};
+use ivx_data::form::told;
+use ivx_data::{Columns, Field, Form, Kind, Misfit, Values};
 use ivx_nn::Real as _;
 use ivx_town::{Follower, Pose};
 use ivx_world::{Acts, Spec};
 
-use crate::agent::windows::chosen;
+use crate::agent::windows::{chosen, form};
 
 /// The field of how fast the car is.
 const SPEED: &str = "velocity";
 /// How many steps ahead the car steers to.
-pub(crate) const AHEAD: usize = 5;
+const AHEAD: usize = 5;
 /// Seconds of a step.
 const DT: f64 = 0.05;
 
@@ -44,9 +45,26 @@ impl Eyes {
         Ok(Self { order, speed, width })
     }
 
-    /// The fields that models see.
-    pub(crate) fn order(&self) -> &[usize] {
-        &self.order
+    /// Whether models of observations of a form, if that is known, make plans of what is seen here.
+    ///
+    /// # Errors
+    /// Why not.
+    pub(crate) fn fit(&self, spec: &Spec, of: &Form, every: usize) -> Result<(), Misfit> {
+        // Of a model that is still to be computed the shapes of data are known, if any.
+        let [steps, dims] = of.target[..] else { return Ok(()) };
+        let own = form(&spec.sees, &self.order, [steps, dims]);
+        if (&of.input, of.beside) != (&own.input, own.beside) {
+            let message = format!("the models see {}, and in this world {}", told(of), told(&own));
+            return Err(Misfit::new(
+                message,
+                "let `sees` be as in the `windows` they learned from",
+            ));
+        }
+        if steps * every < AHEAD {
+            let message = format!("plans end before the {AHEAD} steps that the car looks ahead");
+            return Err(Misfit::new(message, "let plans be longer"));
+        }
+        Ok(())
     }
 
     /// What models see in some lanes, one after the other.
