@@ -7,6 +7,7 @@ mod dataset;
 mod fill;
 mod folds;
 mod format;
+mod joined;
 pub mod json;
 mod load_array;
 mod missing;
@@ -31,6 +32,7 @@ pub use columns::{Inputs, Targets};
 pub use dataset::{Choice, dataset};
 pub use folds::Folds;
 pub use format::{Format, TABLES, separator};
+pub use joined::Joined;
 pub use load_array::{LoadArray, asked_well};
 pub use missing::{Gaps, Missing, Refused};
 pub use one_hot::OneHot;
@@ -49,6 +51,7 @@ pub fn register(registry: Registry) -> Registry {
         .op::<LoadArray>()
         .op::<SplitData>()
         .op::<Folds>()
+        .op::<Joined>()
         .op::<Take>()
         .op::<Shuffled>()
         .op::<Standardised>()
