@@ -27,6 +27,7 @@ mod optimiser;
 mod params;
 mod real;
 mod schedule;
+mod seen;
 mod target;
 mod thin;
 mod world;
@@ -57,6 +58,7 @@ pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};
 pub use real::Real;
 pub use schedule::{Constant, Cosine, Linear, Schedule, WarmUp};
+pub use seen::plan_sizes;
 pub use target::Follow;
 pub use world::{
     Body, Heads, Latent, Paths, Transitions, Unrolled, partial_losses, predicted_values,
