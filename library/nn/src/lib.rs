@@ -17,6 +17,7 @@ mod live;
 mod loss;
 mod matmul;
 mod model;
+mod modes;
 mod module;
 mod net;
 mod network;
@@ -46,6 +47,7 @@ pub use imitative::{
 pub use live::Live;
 pub use loss::{Loss, Squared};
 pub use model::{Head, Model, NetModel, PRIOR};
+pub use modes::{Anchored, ModeNets, ModeTraining, Modes, Multimodal, fit_modes};
 pub use module::{ArrayOf, Mode, Module, Start};
 pub use net::{Mlp, Net, headed};
 pub use network::{check, init, predict, stds};
