@@ -17,6 +17,7 @@ mod live;
 mod loss;
 mod matmul;
 mod model;
+mod modes;
 mod module;
 mod net;
 mod network;
@@ -27,6 +28,7 @@ mod optimiser;
 mod params;
 mod real;
 mod schedule;
+mod seen;
 mod target;
 mod thin;
 mod world;
@@ -46,6 +48,7 @@ pub use imitative::{
 pub use live::Live;
 pub use loss::{Loss, Squared};
 pub use model::{Head, Model, NetModel, PRIOR};
+pub use modes::{Anchored, ModeNets, ModeTraining, Modes, Multimodal, fit_modes};
 pub use module::{ArrayOf, Mode, Module, Start};
 pub use net::{Mlp, Net, headed};
 pub use network::{check, init, predict, stds};
@@ -58,6 +61,7 @@ pub use optimiser::{Adam, AdamW, Optimiser, RmsProp, Sgd, Step};
 pub use params::{Param, ParamId, Params};
 pub use real::Real;
 pub use schedule::{Constant, Cosine, Linear, Schedule, WarmUp};
+pub use seen::plan_sizes;
 pub use target::Follow;
 pub use world::{
     Body, Heads, Latent, Paths, Transitions, Unrolled, partial_losses, predicted_values,

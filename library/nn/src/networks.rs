@@ -86,6 +86,13 @@ impl Networks {
         })
     }
 
+    /// Whether every layer has its array, and every array its layer.
+    #[must_use]
+    pub fn are_exact(&self) -> bool {
+        let known = self.modules.values().flat_map(Module::arrays).count();
+        self.are_whole() && known == self.arrays.len()
+    }
+
     /// Whether all numbers are some.
     #[must_use]
     pub fn are_finite(&self) -> bool {

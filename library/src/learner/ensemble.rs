@@ -70,6 +70,10 @@ impl Learner for Ensemble {
     fn says_std(&self) -> bool {
         self.learner.says_std()
     }
+
+    fn modes(&self) -> Option<Vec<usize>> {
+        self.learner.modes()
+    }
 }
 
 /// As many observations, drawn with replacement.

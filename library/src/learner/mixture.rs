@@ -8,6 +8,7 @@ use ivx_nn::{Fitted, Mixture as EvenMixture, Model};
 use ivx_op::{Array, Ctx, Facts, MemberCount, Members, One, Op, OpError, Shapes, declare};
 
 use super::spread::with_std;
+use crate::planner::MODES;
 
 declare! {
     /// The even mixture of the members of an ensemble, as one model. Of numbers it is the normal distribution with the
@@ -25,8 +26,11 @@ declare! {
     shapes of_members;
 }
 
+/// What members are of, and a standard deviation; the mean of their predictions has no modes.
 fn of_members(facts: &Facts<'_>) -> Option<Shapes> {
-    facts.shapes("model").cloned().map(|shapes| with_std(shapes, true))
+    let mut shapes = facts.shapes("model")?.clone();
+    shapes.remove(MODES);
+    Some(with_std(shapes, true))
 }
 
 impl Op for Mixture {

@@ -12,6 +12,7 @@ mod logistic;
 mod map_estimate;
 mod mc_dropout;
 mod mixture;
+mod modes;
 mod predict;
 mod predictions;
 mod prior;
@@ -45,6 +46,7 @@ pub use logistic::Logistic;
 pub use map_estimate::MapEstimate;
 pub use mc_dropout::McDropout;
 pub use mixture::{MembersOf, Mixture};
+pub use modes::{Cil, CoverNet, Mtp, MultiPath};
 pub use predict::{Predict, PredictStd};
 pub use predictions::{ClassProbabilities, Predictions};
 pub use prior::{Flat, Laplace, Normal, Prior};
@@ -106,6 +108,11 @@ pub trait Learner: Debug + Send + Sync {
     fn says_std(&self) -> bool {
         false
     }
+
+    /// How many modes its models have, as a shape: nothing inside where that is not known yet. None of models without.
+    fn modes(&self) -> Option<Vec<usize>> {
+        None
+    }
 }
 
 family!(dyn Learner, "Learner", learners);
@@ -119,6 +126,10 @@ fn learners() -> &'static Parts<dyn Learner> {
             .with(|learner: Ensemble| Box::new(learner))
             .with(|learner: Scaled| Box::new(learner))
             .with(|learner: Imitative| Box::new(learner))
+            .with(|learner: Mtp| Box::new(learner))
+            .with(|learner: MultiPath| Box::new(learner))
+            .with(|learner: Cil| Box::new(learner))
+            .with(|learner: CoverNet| Box::new(learner))
             .with(|learner: Ridge| Box::new(learner))
             .with(|learner: Logistic| Box::new(learner))
             .with(|learner: Knn| Box::new(learner))

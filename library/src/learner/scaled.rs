@@ -70,7 +70,12 @@ impl Learner for Scaled {
         self.around(data, |data| self.learner.train_with_prior(data, prior, steps, ctx))
     }
 
+    /// Anchors would be on another scale than the targets.
     fn fits(&self, form: &Form) -> Result<(), Misfit> {
+        if self.targets && self.learner.modes().is_some() {
+            let message = "modes are in the units of the data, and these targets are scaled";
+            return Err(Misfit::new(message.to_owned(), "say `targets: false`"));
+        }
         self.learner.fits(form)
     }
 

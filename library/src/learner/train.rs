@@ -7,6 +7,7 @@ use ivx_op::{Args, Ctx, Facts, Literal as _, Needs, One, Op, OpError, Shapes, Wr
 
 use super::Learner;
 use super::spread::with_std;
+use crate::planner::MODES;
 
 declare! {
     /// A model learned from data. An ensemble of learners gives an ensemble of models.
@@ -24,10 +25,13 @@ declare! {
     shapes of_model;
 }
 
-/// What the model is of, and whether it says a standard deviation.
+/// What the model is of, whether it says a standard deviation, and how many modes it has.
 fn of_model(facts: &Facts<'_>) -> Option<Shapes> {
-    let learner = facts.arg::<Box<dyn Learner>>("learner");
-    Some(with_std(form_of_data(facts)?, learner.is_some_and(|learner| learner.says_std())))
+    let form = form_of_data(facts)?;
+    let Some(learner) = facts.arg::<Box<dyn Learner>>("learner") else { return Some(form) };
+    let mut shapes = with_std(form, learner.says_std());
+    shapes.extend(learner.modes().map(|modes| (MODES.to_owned(), modes)));
+    Some(shapes)
 }
 
 /// The rule that `learner` learns from the data `on`.

@@ -5,6 +5,7 @@ mod decide;
 mod greedy;
 mod imitated;
 mod model;
+mod modes;
 mod plan_library;
 mod plans;
 mod search;
@@ -19,6 +20,8 @@ pub use greedy::Greedy;
 pub(crate) use imitated::imitating;
 pub use imitated::{Goals, Imitated};
 pub use model::{LabelledTransitions, LatentModel, LearnedModel, Simulating, Simulator, TrueModel};
+pub(crate) use modes::MODES;
+pub use modes::{Foretold, Modes};
 pub use plan_library::PlanLibrary;
 pub use plans::{LogDensity, Planned, Plans};
 pub use search::{
@@ -56,6 +59,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<PlanLibrary>()
         .op::<Plans>()
         .op::<LogDensity>()
+        .op::<Modes>()
         .op::<LabelledTransitions>()
 }
 

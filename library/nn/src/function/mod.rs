@@ -15,7 +15,7 @@ use std::sync::Arc;
 use ivx_data::Form;
 use ivx_op::Tensors;
 
-use crate::{Model, Networks, imitative};
+use crate::{Model, Networks, imitative, modes};
 
 pub use forest::Forest;
 pub use mixture::Mixture;
@@ -85,6 +85,7 @@ const KINDS: &[(&str, Read)] = &[
     (mixture::KIND, mixture::read),
     (scaled::KIND, scaled::read),
     (imitative::KIND, imitative::read),
+    (modes::KIND, modes::read),
 ];
 
 /// The function of a kind and its numbers; none if they are of no such.
@@ -115,7 +116,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::{Imitative, Mlp, PlanNets, Tanh};
+    use crate::{Anchored, Imitative, Mlp, ModeNets, Modes, Multimodal, PlanNets, Tanh};
 
     fn tree(values: &[f64]) -> Tree {
         let split = Split { input: 1, at: 0.5, below: 1, above: 2 };
@@ -146,6 +147,7 @@ mod tests {
             (form(None), Arc::new(Mixture { members: members.clone(), noise: 0.25 })),
             (form(None), Arc::new(on_scale(&members[0]))),
             imitating(),
+            foretelling(),
         ]
     }
 
@@ -155,6 +157,15 @@ mod tests {
         let nets = PlanNets { net: &net, features: 2, merge: &[], units: 2, head: &[] };
         let drawn = Imitative::drawn(&nets, &form, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
         (form, Arc::new(drawn))
+    }
+
+    fn foretelling() -> (Form, Arc<dyn Function>) {
+        let form = Form { input: vec![2], target: vec![2, 2], ..Form::default() };
+        let net = Mlp { hidden: vec![2], activation: Box::new(Tanh {}) };
+        let nets = ModeNets { net: &net, features: 2, merge: &[] };
+        let modes = Modes::Anchored(Anchored::Moved, vec![0.5; 12]);
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        (form.clone(), Arc::new(Multimodal::drawn(&nets, modes, &form, &mut rng).unwrap()))
     }
 
     #[test]

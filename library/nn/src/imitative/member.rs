@@ -5,9 +5,10 @@ use crate::module::Module;
 use crate::networks::Networks;
 use crate::ops::gate;
 use crate::real::{Real, sigmoid, softplus};
+use crate::seen::FLOOR;
 
 use super::product::{Weights, padded};
-use super::{CELL, FLOOR, HEAD};
+use super::{CELL, HEAD};
 
 /// What steps from place to place, as arrays: matrices are `[in, out]`, row after row.
 #[derive(Clone, Debug)]

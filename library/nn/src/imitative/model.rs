@@ -10,16 +10,16 @@ use rand_chacha::ChaCha8Rng;
 
 use super::member::Member;
 use super::scorer::Scorer;
-use super::{CELL, HEAD, MERGE, SEE};
+use super::{CELL, HEAD};
 use crate::curve::Curve;
 use crate::function::Function;
-use crate::graph::{Shape, Var};
 use crate::live::Live;
 use crate::model::Model;
-use crate::module::{Mode, Module, batch};
-use crate::net::{Net, headed};
+use crate::module::{Mode, Module};
+use crate::net::Net;
 use crate::networks::Networks;
 use crate::real::Real as _;
+use crate::seen::{MERGE, SEE, ends, is_dense, plan_sizes, relu, see, state, state_len};
 
 pub(crate) const KIND: &str = "imitative";
 
@@ -45,15 +45,7 @@ impl PlanNets<'_> {
     /// Why they do not fit.
     pub fn modules(&self, form: &Form) -> Result<BTreeMap<String, Module>, Misfit> {
         let (_, dims) = steps_of(form)?;
-        let relu = |widths: &[usize], mut inputs: usize| -> Vec<Module> {
-            let layer = |outputs: &usize| {
-                let layer = Module::Dense { inputs, outputs: *outputs, curve: Curve::Relu };
-                inputs = *outputs;
-                layer
-            };
-            widths.iter().map(layer).collect()
-        };
-        let see = headed(self.net, &form.input, &[self.features])?;
+        let see = see(self.net, form, self.features)?;
         let merge = relu(&[self.merge, &[self.units]].concat(), self.features + form.beside);
         let mut head = relu(self.head, self.units);
         let inputs = self.head.last().copied().unwrap_or(self.units);
@@ -73,16 +65,7 @@ impl PlanNets<'_> {
 /// # Errors
 /// If targets are no plans.
 pub(super) fn steps_of(form: &Form) -> Result<(usize, usize), Misfit> {
-    match (&form.target[..], form.classes) {
-        ([steps, dims], None) if *steps > 0 && *dims > 0 => Ok((*steps, *dims)),
-        _ => {
-            let message = format!(
-                "an imitative model is of plans, and the data are {}",
-                ivx_data::form::told(form)
-            );
-            Err(Misfit::new(message, "give data whose targets are sequences of places"))
-        }
-    }
+    plan_sizes("an imitative model", form)
 }
 
 /// An imitative model (Eqns. 3.2 to 3.4): the density of plans `a_1 .. a_T` of places where something was seen,
@@ -173,26 +156,15 @@ pub(crate) fn read(form: &Form, tensors: &mut Tensors) -> Option<Arc<dyn Functio
 fn is_whole(nets: &Networks, form: &Form) -> bool {
     let Ok((_, dims)) = steps_of(form) else { return false };
     let of = |name: &str| nets.modules.get(name);
-    let (Some(see), Some(merge), Some(Module::Gru { inputs, units }), Some(head)) =
-        (of(SEE), of(MERGE), of(CELL), of(HEAD))
-    else {
+    let (Some(Module::Gru { inputs, units }), Some(head)) = (of(CELL), of(HEAD)) else {
         return false;
     };
-    let ends = |module: &Module, input: &[usize]| match module.output(input).ok()?[..] {
-        [len] => Some(len),
-        _ => None,
-    };
-    let dense = matches!(head, Module::Sequence(layers)
-        if layers.iter().all(|layer| matches!(layer, Module::Dense { .. })));
-    let seen = ends(see, &form.input).map(|features| features + form.beside);
-    let known = nets.modules.values().flat_map(Module::arrays).count();
     nets.modules.len() == 4
-        && dense
-        && seen.and_then(|seen| ends(merge, &[seen])) == Some(*units)
+        && is_dense(head)
+        && state_len(nets, form) == Some(*units)
         && *inputs == dims
         && ends(head, &[*units]) == Some(2 * dims)
-        && nets.are_whole()
-        && known == nets.arrays.len()
+        && nets.are_exact()
 }
 
 /// Several imitative models of observations of one form, opened: they see, and their scorer scores.
@@ -240,27 +212,4 @@ impl Imitators {
         }
         self.scorer.see(&self.states);
     }
-}
-
-/// The states that a model begins with where it sees `xs`, each an input and the numbers beside it.
-pub(super) fn state(live: &Live, form: &Form, xs: &[f32], mode: &mut Mode<'_>) -> Var {
-    let (graph, width) = (&live.graph, form.input_len());
-    assert!(xs.len().is_multiple_of(width), "whole inputs");
-    let (n, own) = (xs.len() / width, width - form.beside);
-    let rows = |from: usize, len: usize| {
-        move |out: &mut [f32]| {
-            let rows = xs.chunks_exact(width).zip(out.chunks_exact_mut(len));
-            rows.for_each(|(row, out)| out.copy_from_slice(&row[from..from + len]));
-        }
-    };
-    let x = graph.filled(batch(n, &form.input), rows(0, own));
-    let see = live.body(SEE);
-    let mut seen = see.module.pass(graph, see.params, (x, &form.input), mode);
-    if form.beside > 0 {
-        let beside = graph.filled(Shape::vectors(n, form.beside), rows(own, form.beside));
-        seen = graph.concat(&[seen, beside]);
-    }
-    let merge = live.body(MERGE);
-    let shape = [graph.shape(seen).width()];
-    merge.module.pass(graph, merge.params, (seen, &shape), mode)
 }

@@ -5,14 +5,14 @@ use ivx_op::{Ctx, OpError};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
-use super::model::{state, steps_of};
-use super::{CELL, FLOOR, HEAD, Imitative};
-use crate::curve::Curve;
+use super::model::steps_of;
+use super::{CELL, HEAD, Imitative};
 use crate::descend::{Rule, Turns, descend};
 use crate::graph::{Graph, Shape, Var};
 use crate::live::Live;
 use crate::module::Mode;
 use crate::real::Real;
+use crate::seen::{log_std, state};
 use crate::world::Body;
 
 /// How an imitative model is trained.
@@ -119,9 +119,7 @@ pub fn plan_log_density<F: Real>(
         let said = head.module.pass(graph, head.params, (h, &width), mode);
         let moved = column(&|plan, d| plan[t * dims + d] - before(plan, d));
         let missed = graph.sub(moved, graph.columns(said, 0, dims));
-        let spread = graph.curve(graph.columns(said, dims, dims), Curve::Softplus);
-        let floor = F::of(FLOOR);
-        let log_std = graph.map(spread, |x| (x + floor).ln(), move |x, _| (x + floor).recip());
+        let log_std = log_std(graph, graph.columns(said, dims, dims));
         graph.sum_items(graph.gaussian_log_prob(missed, log_std))
     });
     each.reduce(|sum, next| graph.add(sum, next)).expect("plans have steps")
