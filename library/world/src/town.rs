@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-use ivx_data::{Act, Actions, End, Field, Kind, Misfit, Outline, Picture, Shape};
+use ivx_data::{Act, Actions, End, Field, Kind, Misfit, Outline, Picture, Place, RoadMap, Shape};
 use ivx_op::{Facts, OpError, Wrong, declare};
 use ivx_town::{
     BREADTH, Body, Controls, Drive, Happened, LENGTH, Lidar, N_GOALS, Pose, SIDE, Task,
-    Town as Streets, autopilot, drive, picture, route_length, scan, tasks, town, town_map,
+    Town as Streets, autopilot, drive, kerbs, picture, route_length, scan, tasks, town, town_map,
     town_names,
 };
 
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use crate::road_map::roads;
 
 declare! {
     /// A town of CARLA by its road map, with a car to drive on a route that is drawn, of 100 to 350 metres, among others.
@@ -142,6 +143,13 @@ fn measured(name: &str) -> Result<Arc<Streets>, OpError> {
     Ok(found)
 }
 
+impl Carnovel {
+    fn task(&self) -> Result<Task, OpError> {
+        let task = tasks().into_iter().find(|task| task.name == self.task);
+        task.ok_or_else(|| OpError::Failed(format!("there is no task `{}`", self.task)))
+    }
+}
+
 impl Env for Town {
     fn spec(&self) -> Result<Spec, Misfit> {
         Ok(spec(self.cells, self.expert, self.limit))
@@ -156,6 +164,14 @@ impl Env for Town {
     fn is_drawn(&self) -> bool {
         true
     }
+
+    fn is_mapped(&self) -> bool {
+        true
+    }
+
+    fn map(&self) -> Result<RoadMap, OpError> {
+        Ok(roads(&*measured(&self.name)?, &[]))
+    }
 }
 
 impl Env for Carnovel {
@@ -164,9 +180,7 @@ impl Env for Carnovel {
     }
 
     fn open(&self) -> Result<Box<dyn World>, OpError> {
-        let task = tasks().into_iter().find(|task| task.name == self.task);
-        let task =
-            task.ok_or_else(|| OpError::Failed(format!("there is no task `{}`", self.task)))?;
+        let task = self.task()?;
         let streets = measured(&task.town)?;
         let Self { cars, cells, expert, .. } = *self;
         let task = Some(task);
@@ -175,6 +189,19 @@ impl Env for Carnovel {
 
     fn is_drawn(&self) -> bool {
         true
+    }
+
+    fn is_mapped(&self) -> bool {
+        true
+    }
+
+    fn map(&self) -> Result<RoadMap, OpError> {
+        let task = self.task()?;
+        let streets = measured(&task.town)?;
+        let route = streets.route(&task.origin, &task.destination);
+        let route = route.map_err(|why| OpError::Failed(why.to_string()))?;
+        let route: Vec<Place> = route.iter().map(|point| [point.pose.x, point.pose.y]).collect();
+        Ok(roads(&streets, &route))
     }
 }
 
@@ -321,7 +348,7 @@ impl World for Driving {
         let near = |[px, py]: [f64; 2]| (px - x).abs() < 2.0 * half && (py - y).abs() < 2.0 * half;
         let mut shapes = Vec::new();
         let map = &self.streets.network.map;
-        for [[ax, ay, _], [bx, by, _]] in ivx_town::kerbs(map, &self.streets.ground) {
+        for [[ax, ay, _], [bx, by, _]] in kerbs(map, &self.streets.ground) {
             if near([ax, ay]) {
                 let line = vec![at([ax, ay]), at([bx, by])];
                 shapes.push(Shape { outline: Outline::Line(line, 0.4), colour: [120, 120, 120] });
