@@ -39,6 +39,38 @@ fn names_in_the_coordinates_of_an_axis_are_files_beside_the_spec_that_has_them()
 }
 
 #[test]
+fn what_is_wrong_with_tracks_is_told_before_anything_runs() {
+    let check = |text: &str, call: &str, expected: &str| {
+        let spec = format!(
+            "edition \"2026\"\nexperiment e {{\n    let data = {call}\n    measure m = mean(inputs(data, column: 0), over: row)\n}}\n"
+        );
+        let project = Project::with(&[("spec.ivx", &spec), ("a.txt", text), ("b.json", "")]);
+        let said = project.run("check", "spec.ivx", &[]);
+        let words: Vec<&str> = said.err.split_whitespace().collect();
+        let told = words.join(" ").replace(" │ ", " ");
+        assert!(said.code != 0 && told.contains(expected), "{expected}: {}", said.err);
+    };
+    let walk = "0 1 2 3\n10 1 3 3\n";
+    check(walk, "read_tracks([\"a.txt\"])", "`a.txt`: none of 1 tracks has 20 points");
+    check(
+        "0 1 2\n",
+        "read_tracks([\"a.txt\"])",
+        "`a.txt`, line 1: 3 numbers in the place of frame",
+    );
+    check("", "read_tracks([\"a.txt\"])", "`a.txt` has no rows");
+    check(walk, "read_tracks([])", "name one");
+    check(walk, "read_tracks([\"a.txt\", \"a.txt\"])", "`a.txt` is named twice in `files`");
+    check(walk, "read_tracks([\"b.json\"])", "`b.json` does not say how it is written");
+    check(walk, "read_tracks([\"a.txt\"], kinds: [\"BUS\"])", "leave `kinds` out");
+    // The form is known before anything runs.
+    check(
+        walk,
+        "one_hot(read_tracks([\"a.txt\"], past: 1, future: 1))",
+        "whose targets are no classes",
+    );
+}
+
+#[test]
 fn what_is_wrong_with_a_table_is_told_before_anything_runs() {
     let check = |file: &str, call: &str, expected: &str| {
         let spec = format!(

@@ -180,6 +180,8 @@ fn every_node_has_an_address_of_its_own() {
         ("paper.ron", include_str!("specs/paper.ron")),
         ("table.csv", include_str!("specs/table.csv")),
         ("gaps.csv", include_str!("specs/gaps.csv")),
+        ("walks.txt", include_str!("specs/walks.txt")),
+        ("drives.csv", include_str!("specs/drives.csv")),
     ]);
     let said = project.run("plan", "every_op.ivx", &["--nodes"]);
     let mut addresses: Vec<&str> =

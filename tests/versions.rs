@@ -26,6 +26,8 @@ fn an_output_that_moves_raises_a_version() {
         ("paper.ron", include_str!("specs/paper.ron")),
         ("table.csv", include_str!("specs/table.csv")),
         ("gaps.csv", include_str!("specs/gaps.csv")),
+        ("walks.txt", include_str!("specs/walks.txt")),
+        ("drives.csv", include_str!("specs/drives.csv")),
     ]);
     project.executed("every_op.ivx", &[]);
     let registry = ivx_library::registry();

@@ -22,6 +22,8 @@ pub(super) struct Drawing {
     pub(super) lacks: Lacks,
     /// What the colours of cells mean.
     pub(super) colours: Option<Colours>,
+    /// How wide and high a panel is, in pixels; where not given, as looks well.
+    pub(super) size: Option<(f64, f64)>,
     /// A picture in a panel before those of the series, or alone where its name is empty.
     pub(super) picture: Option<(String, Picture)>,
 }
@@ -117,6 +119,17 @@ pub enum Mark {
         /// What stands in it.
         text: String,
     },
+    /// Lines of a map; of one place, a dot.
+    Ways(Way, Vec<Vec<(f64, f64)>>),
+    /// A sign on a map.
+    Sign {
+        /// What it is.
+        sign: Sign,
+        /// Where it is.
+        at: (f64, f64),
+        /// From where one came there.
+        from: (f64, f64),
+    },
     /// An arrow between two shapes.
     Arrow {
         /// Where it starts.
@@ -128,6 +141,38 @@ pub enum Mark {
         /// What stands beside its middle.
         text: String,
     },
+}
+
+/// What lines of a map are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Way {
+    /// Edges of roads.
+    Road,
+    /// The edge of the map.
+    Frame,
+    /// A length.
+    Scale,
+    /// Where one shall go.
+    Route,
+    /// Where somebody went.
+    Driven,
+    /// Places where somebody was.
+    Dots,
+    /// A part of where somebody went.
+    Shaded,
+}
+
+/// A sign on a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sign {
+    /// A circle, where one begins.
+    Start,
+    /// A square, where one shall arrive.
+    Goal,
+    /// The head of an arrow, where one was last.
+    End,
+    /// A cross, where something went wrong.
+    Fault,
 }
 
 /// The form of a shape.

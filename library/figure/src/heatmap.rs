@@ -99,6 +99,7 @@ impl Op for Heatmap {
                 .beside
                 .as_ref()
                 .map(|One(picture)| (self.beside_label.clone(), picture.clone())),
+            ..Drawing::default()
         }))
     }
 }

@@ -9,6 +9,7 @@ mod bars;
 mod columns;
 mod curve;
 mod drawing;
+mod driven;
 mod heat;
 mod heatmap;
 mod histogram;
@@ -36,13 +37,16 @@ mod shapes;
 mod table;
 mod text;
 mod transition_graph;
+mod view;
+mod ways;
 
 use ivx_op::Registry;
 
 pub use band::Band;
 pub use bars::Bars;
 pub use curve::Curve;
-pub use drawing::{Form, Mark, Series, Stroke, Tint};
+pub use drawing::{Form, Mark, Series, Sign, Stroke, Tint, Way};
+pub use driven::Driven;
 pub use heatmap::Heatmap;
 pub use histogram::Histogram;
 pub use interval::Lacks;
@@ -65,6 +69,7 @@ pub fn register(registry: Registry) -> Registry {
         .op::<Band>()
         .op::<Bars>()
         .op::<Curve>()
+        .op::<Driven>()
         .op::<Heatmap>()
         .op::<Histogram>()
         .op::<Level>()

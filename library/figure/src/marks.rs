@@ -7,6 +7,7 @@ use super::heat::cell;
 use super::scale::{Scale, placeable};
 use super::shapes::{arrow, shape};
 use super::text::{escape, px, width as text_width};
+use super::ways::{sign, swatch as way_swatch, ways};
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito), without the pale yellow.
 const COLOURS: [&str; 7] =
@@ -122,13 +123,15 @@ pub(super) fn draw(mark: &Mark, look: Look, panel: &Panel) -> Vec<String> {
         Mark::Shape { at, size, form, tint, text } => {
             shape(*at, *size, (*form, *tint), text, panel)
         }
+        Mark::Ways(way, lines) => ways(*way, lines, look, panel),
+        Mark::Sign { sign: what, at, from } => sign(*what, *at, *from, panel),
         Mark::Arrow { from, to, bend, text } => arrow(*from, *to, *bend, text, panel),
     }
 }
 
 /// The legend's picture of these marks, about `(x, y)`.
 pub(super) fn swatch(marks: &[&Mark], look: Look, x: f64, y: f64) -> Vec<String> {
-    let mut out = Vec::new();
+    let mut out = way_swatch(marks, look, (x, y));
     if marks.iter().any(|mark| matches!(mark, Mark::Bar { .. })) {
         out.push(bar(look, x - 9.0, y - 6.0, 18.0, 12.0));
     }
@@ -150,7 +153,7 @@ pub(super) fn swatch(marks: &[&Mark], look: Look, x: f64, y: f64) -> Vec<String>
 }
 
 impl Look {
-    fn colour(self) -> &'static str {
+    pub(super) fn colour(self) -> &'static str {
         COLOURS[self.index % COLOURS.len()]
     }
 

@@ -161,12 +161,15 @@ impl Page {
 
 /// So many panels of one axis stand side by side.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "panels are few")]
-fn side_by_side(n: usize) -> usize {
+pub(super) fn side_by_side(n: usize) -> usize {
     if n <= 3 { n } else { count(n).sqrt().ceil() as usize }
 }
 
 /// How wide and high each panel is.
 fn size(drawing: &Drawing, columns: usize, named: bool) -> (f64, f64) {
+    if let Some(size) = drawing.size {
+        return size;
+    }
     let (n_names, n_series) = (drawing.x.names.len(), drawing.series.len());
     let marks = || drawing.series.iter().flat_map(|series| &series.marks);
     if marks().any(|mark| matches!(mark, Mark::Cell { .. })) {

@@ -100,10 +100,11 @@ fn depth(mark: &Mark) -> u8 {
         Mark::Line(Stroke::Thin, _)
         | Mark::Level(Stroke::Thin, _)
         | Mark::Upright(Stroke::Thin, _) => 1,
+        Mark::Ways(way, _) => way.depth(),
         Mark::Level(..) | Mark::Upright(..) => 2,
         Mark::Line(..) => 3,
         Mark::Points(_) => 4,
-        Mark::Frame(..) | Mark::Text(..) | Mark::Arrow { .. } => 5,
+        Mark::Frame(..) | Mark::Text(..) | Mark::Arrow { .. } | Mark::Sign { .. } => 5,
     }
 }
 

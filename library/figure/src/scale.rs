@@ -160,7 +160,9 @@ fn extent(mark: &Mark) -> (Vec<f64>, Vec<f64>) {
         Mark::Text(x, y, _)
         | Mark::Frame(x, y)
         | Mark::Cell { x, y, .. }
+        | Mark::Sign { at: (x, y), .. }
         | Mark::Shape { at: (x, y), .. } => (vec![*x], vec![*y]),
+        Mark::Ways(_, lines) => lines.iter().flatten().copied().unzip(),
         Mark::Arrow { from, to, .. } => (vec![from.0, to.0], vec![from.1, to.1]),
     }
 }

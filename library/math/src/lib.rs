@@ -21,6 +21,7 @@ pub mod policy;
 pub mod polynomial;
 pub mod returns;
 pub mod several;
+pub mod simplify;
 pub mod standard;
 pub mod successor;
 pub mod tabular;

@@ -17,6 +17,7 @@ mod one_hot;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod read_table;
+mod read_tracks;
 mod split;
 mod standardised;
 mod table;
@@ -37,6 +38,7 @@ pub use load_array::{LoadArray, asked_well};
 pub use missing::{Gaps, Missing, Refused};
 pub use one_hot::OneHot;
 pub use read_table::ReadTable;
+pub use read_tracks::ReadTracks;
 pub use split::{Split, SplitData};
 pub use standardised::Standardised;
 pub use table::{Cells, Choose, Column, Style, Table, Values, Want};
@@ -49,6 +51,7 @@ pub fn register(registry: Registry) -> Registry {
         .parts(missing::missing())
         .op::<ReadTable>()
         .op::<LoadArray>()
+        .op::<ReadTracks>()
         .op::<SplitData>()
         .op::<Folds>()
         .op::<Joined>()

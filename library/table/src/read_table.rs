@@ -190,7 +190,7 @@ fn texts((name, said): (&String, &Lit)) -> Option<(String, Vec<String>)> {
     Some((name.clone(), items.iter().map(text).collect::<Option<_>>()?))
 }
 
-fn twice(arg: &'static str, names: &[String]) -> Result<(), Wrong> {
+pub(crate) fn twice(arg: &'static str, names: &[String]) -> Result<(), Wrong> {
     let again = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name));
     match again {
         None => Ok(()),

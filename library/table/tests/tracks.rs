@@ -7,6 +7,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use ivx_op::{Ctx, External, File, Op as _};
+use ivx_table::ReadTracks;
 use ivx_table::tracks::{Cut, Scene, argoverse, ethucy, windows};
 use serde_json::Value;
 
@@ -36,6 +38,22 @@ fn pedestrians_walk_as_many_windows_as_are_known() {
         let found = windows(&[scene], &cut).unwrap();
         assert_eq!((found.who.len(), found.past.len(), found.future.len()), (n, 8 * n, 12 * n));
     }
+}
+
+/// The operation counts steps of ten frames, and sees places from the last that is known.
+#[test]
+fn scenes_are_one_data_set() {
+    let Some(folder) = folder() else { return };
+    let file = |name: &str| {
+        let bytes = fs::read(folder.join(format!("ethucy/{name}.txt"))).expect("a scene");
+        File(External::file(format!("{name}.txt"), bytes, false))
+    };
+    let files = ["biwi_eth", "biwi_hotel"].map(file).to_vec();
+    let kinds = Vec::new();
+    let read = ReadTracks { files, past: 8, future: 12, every: 1, stride: 1, least: 0.0, kinds };
+    let data = read.run(&Ctx::new("read_tracks", 0, None)).unwrap();
+    assert_eq!((data.len(), data.x.len()), (364 + 1197, (364 + 1197) * 16));
+    assert!(data.x.chunks_exact(16).all(|past| past[14..] == [0.0, 0.0]));
 }
 
 /// The past of 2 s and the future of 6 s at 2 Hz, of vehicles that move 3 m.

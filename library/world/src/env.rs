@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use ivx_data::{Act, Actions, Columns, End, Field, Misfit, Picture, Values, same_world};
+use ivx_data::{Act, Actions, Columns, End, Field, Misfit, Picture, RoadMap, Values, same_world};
 use ivx_op::OpError;
 use serde::{Deserialize, Serialize};
 
@@ -134,6 +134,9 @@ pub struct Entries {
     pub acts: Vec<usize>,
 }
 
+/// Why there is no map of a world.
+pub(crate) const NO_MAP: &str = "this world has no map of roads";
+
 /// An environment, as a spec names it.
 pub trait Env: Debug + Send + Sync {
     /// What its worlds show and take, before there is one.
@@ -181,6 +184,19 @@ pub trait Env: Debug + Send + Sync {
     /// Whether its worlds give pictures of themselves.
     fn is_drawn(&self) -> bool {
         false
+    }
+
+    /// Whether it has roads, and a map of them.
+    fn is_mapped(&self) -> bool {
+        false
+    }
+
+    /// The map of its roads, where [`Env::is_mapped`] says that it has some.
+    ///
+    /// # Errors
+    /// If there can be none.
+    fn map(&self) -> Result<RoadMap, OpError> {
+        Err(OpError::Failed(NO_MAP.to_owned()))
     }
 
     /// Whether it ever pays anything: without, there is nothing to be learned from its rewards.

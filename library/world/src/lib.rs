@@ -25,6 +25,7 @@ mod observe;
 mod paint;
 mod reward;
 mod reward_at;
+mod road_map;
 mod sample;
 mod scene;
 mod sinusoids;
@@ -68,6 +69,7 @@ pub use minatar::{Minatar, Play};
 pub use observe::Observe;
 pub use reward::Own;
 pub use reward_at::RewardAt;
+pub use road_map::MapRoads;
 pub use sample::Sample;
 pub use scene::Scene;
 pub use sinusoids::Sinusoids;
@@ -253,5 +255,6 @@ pub fn register(registry: Registry) -> Registry {
         .op::<SupportDistance>()
         .op::<Transitions>()
         .op::<DrivingActions>()
+        .op::<MapRoads>()
         .op::<Scene>()
 }

@@ -2,11 +2,13 @@
 
 pub mod argoverse;
 pub mod ethucy;
+mod paced;
 mod rows;
 mod windows;
 
 use std::collections::BTreeMap;
 
+pub use paced::paced;
 pub use windows::{Cut, Windows, windows};
 
 /// What was seen in one place during one time.

@@ -5,17 +5,18 @@ mod sight;
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-use ivx_data::{Act, Actions, End, Misfit, Outline, Picture, Shape};
+use ivx_data::{Act, Actions, End, Misfit, Outline, Picture, Place, RoadMap, Shape};
 use ivx_op::{Facts, OpError, Wrong, declare};
 use ivx_town::{
     BREADTH, Body, Controls, Drive, Happened, LENGTH, Lidar, Pose, SIDE, Task, Town as Streets,
-    autopilot, command, drive, picture, route_length, scan, streets, tasks, town, town_map,
+    autopilot, command, drive, kerbs, picture, route_length, scan, streets, tasks, town, town_map,
     town_names,
 };
 
 use self::sight::{COMMANDS, Sight, bins, is_seen, sights};
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
+use crate::road_map::roads;
 
 declare! {
     /// A town of CARLA by its road map, with a car to drive on a route that is drawn, of 100 to 350 metres, among others.
@@ -141,6 +142,13 @@ fn measured(name: &str) -> Result<Arc<Streets>, OpError> {
     Ok(found)
 }
 
+impl Carnovel {
+    fn task(&self) -> Result<Task, OpError> {
+        let task = tasks().into_iter().find(|task| task.name == self.task);
+        task.ok_or_else(|| OpError::Failed(format!("there is no task `{}`", self.task)))
+    }
+}
+
 impl Env for Town {
     fn spec(&self) -> Result<Spec, Misfit> {
         Ok(spec(&self.shows, self.cells, self.limit))
@@ -163,6 +171,14 @@ impl Env for Town {
     fn is_drawn(&self) -> bool {
         true
     }
+
+    fn is_mapped(&self) -> bool {
+        true
+    }
+
+    fn map(&self) -> Result<RoadMap, OpError> {
+        Ok(roads(&*measured(&self.name)?, &[]))
+    }
 }
 
 impl Env for Carnovel {
@@ -171,9 +187,7 @@ impl Env for Carnovel {
     }
 
     fn open(&self) -> Result<Box<dyn World>, OpError> {
-        let task = tasks().into_iter().find(|task| task.name == self.task);
-        let task =
-            task.ok_or_else(|| OpError::Failed(format!("there is no task `{}`", self.task)))?;
+        let task = self.task()?;
         let streets = measured(&task.town)?;
         let seen = (&self.shows[..], self.reach, self.cells);
         Ok(Box::new(Driving::new(streets, Some(task), self.cars, seen)))
@@ -185,6 +199,19 @@ impl Env for Carnovel {
 
     fn is_drawn(&self) -> bool {
         true
+    }
+
+    fn is_mapped(&self) -> bool {
+        true
+    }
+
+    fn map(&self) -> Result<RoadMap, OpError> {
+        let task = self.task()?;
+        let streets = measured(&task.town)?;
+        let route = streets.route(&task.origin, &task.destination);
+        let route = route.map_err(|why| OpError::Failed(why.to_string()))?;
+        let route: Vec<Place> = route.iter().map(|point| [point.pose.x, point.pose.y]).collect();
+        Ok(roads(&streets, &route))
     }
 }
 
@@ -386,7 +413,7 @@ impl World for Driving {
         let near = |[px, py]: [f64; 2]| (px - x).abs() < 2.0 * half && (py - y).abs() < 2.0 * half;
         let mut shapes = Vec::new();
         let map = &self.streets.network.map;
-        for [[ax, ay, _], [bx, by, _]] in ivx_town::kerbs(map, &self.streets.ground) {
+        for [[ax, ay, _], [bx, by, _]] in kerbs(map, &self.streets.ground) {
             if near([ax, ay]) {
                 let line = vec![at([ax, ay]), at([bx, by])];
                 shapes.push(Shape { outline: Outline::Line(line, 0.4), colour: [120, 120, 120] });
