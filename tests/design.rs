@@ -197,7 +197,7 @@ to_come! {
         trials: u64 = 10;
     }
     /// What becomes of an agent that asks.
-    Adapt = "adapt", stochastic -> Run {
+    Adapt = "adapt_as", stochastic -> Run {
         agent: Box<dyn Adaptive>;
         model: Members<Model>;
         expert: Box<dyn Expert>;
@@ -309,6 +309,6 @@ fn figure_5_6_has_three_kinds_of_ensemble_of_several_sizes() {
 fn adarip_holds_a_threshold_that_is_computed() {
     let nodes = nodes("adarip.ivx", include_str!("specs/design/adarip.ivx"), "paper", &[]);
     // Five seeds, five budgets, 27 tasks.
-    assert_eq!(count(&nodes, "adapt"), 5 * 5 * 27);
+    assert_eq!(count(&nodes, "adapt_as"), 5 * 5 * 27);
     assert_eq!(count(&nodes, "quantile"), 5);
 }

@@ -1,7 +1,7 @@
 //! Acting in worlds of any kind.
 
 use ivx_data::form::{failed, wrong};
-use ivx_data::{End, Field, Misfit, Rollouts, Trajectories, tell, world_shapes};
+use ivx_data::{End, Field, Kind, Misfit, Rollouts, Trajectories, tell, told_by, world_shapes};
 use ivx_math::moments::real;
 use ivx_op::{
     Args, Array, Ctx, Dim, Facts, Labels, Literal as _, Needs, One, Op, OpError, Shapes, Wrong,
@@ -12,7 +12,7 @@ use ivx_world::{Env, Spec, Step};
 use super::actor::Actor;
 use super::agent::Acting;
 use super::drive::Drive;
-use super::windows::chosen;
+use super::windows::{chosen, listed};
 
 declare! {
     /// Episodes of somebody in a world (Eqn. 2.35).
@@ -62,7 +62,13 @@ fn acts_and_keeps(facts: &Facts<'_>) -> Result<(), Wrong> {
 fn kept(spec: &Spec, keeps: &[String]) -> Result<Vec<usize>, Misfit> {
     match keeps {
         [] => Ok((0..spec.sees.len()).collect()),
-        names => chosen(&spec.sees, names),
+        names => {
+            if let Some(i) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+                let message = format!("`{}` is kept twice", names[i]);
+                return Err(Misfit::new(message, "name it once"));
+            }
+            chosen(&spec.sees, names)
+        }
     }
 }
 
@@ -130,7 +136,8 @@ impl Op for Act {
         let Some(spec) = env.and_then(|env| env.spec().ok()) else { return Needs::default() };
         let keeps = args.get("keeps").and_then(|keeps| Vec::<String>::from_lit(keeps).ok());
         let Ok(keeps) = kept(&spec, &keeps.unwrap_or_default()) else { return Needs::default() };
-        let row: usize = keeps.iter().map(|i| 4 * spec.sees[*i].width()).sum();
+        let size = |field: &Field| field.width() * if field.kind == Kind::U8 { 1 } else { 4 };
+        let row: usize = keeps.iter().map(|i| size(&spec.sees[*i])).sum();
         let limit = [spec.limit.unwrap_or(LONG), of("limit")];
         let steps = limit.into_iter().filter(|n| *n > 0).min().unwrap_or(LONG);
         // What is kept, and once more while it is written.
@@ -173,6 +180,40 @@ impl Op for Returns {
         let values: Vec<f64> = each.collect();
         let numbers = (0..values.len()).map(real).collect();
         Ok(Array::series(Dim::new("episode", Labels::Numbers(numbers)), values))
+    }
+}
+
+declare! {
+    /// What was told of each step, of one episode after the other.
+    pub struct Told = "told" @ 1 -> Array [step] {
+        /// The episodes.
+        of: One<Rollouts>;
+        /// What: a name of what the world tells, or who acts.
+        what: String;
+    }
+    rule is_told;
+}
+
+fn is_told(facts: &Facts<'_>) -> Result<(), Wrong> {
+    let Some(told) = facts.shapes("of").and_then(told_by) else { return Ok(()) };
+    let what: String = facts.arg("what").unwrap_or_default();
+    if told.contains(&what) {
+        return Ok(());
+    }
+    let message = format!("nothing tells `{what}`");
+    Err(Wrong { arg: "what", message, help: format!("told is {}", listed(&told)) })
+}
+
+impl Op for Told {
+    fn run(&self, _: &Ctx) -> Result<Array, OpError> {
+        let tells = &self.of.tells;
+        let column = tells.iter().position(|name| *name == self.what).ok_or_else(|| {
+            let why = format!("nothing tells `{}`, but {}", self.what, listed(tells));
+            OpError::Failed(why)
+        })?;
+        let rows = self.of.told.chunks_exact(tells.len());
+        let values: Vec<f64> = rows.map(|row| f64::from(row[column])).collect();
+        Ok(Array::series(Dim::new("step", Labels::count(values.len())), values))
     }
 }
 
@@ -293,6 +334,8 @@ mod tests {
         let mut of = Rollouts::from(strolls(2));
         of.tells = vec!["a".to_owned(), "b".to_owned()];
         of.told = (0..12_u8).map(f32::from).collect();
+        let told = Told { of: One(of.clone()), what: "b".to_owned() }.run(&CTX).unwrap();
+        assert_eq!(told.values, [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]);
         let sums = ToldSums { of: One(of) }.run(&CTX).unwrap();
         // 0 + 2 + 4, 1 + 3 + 5, and 6 more for each of three steps.
         assert_eq!(sums.values, [6.0, 9.0, 24.0, 27.0]);

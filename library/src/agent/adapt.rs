@@ -96,24 +96,36 @@ fn can_adapt(facts: &Facts<'_>) -> Result<(), Wrong> {
         return Err(Wrong { arg: "in", message, help: "use a `town` or `carnovel`".to_owned() });
     }
     let spec = env.spec().map_err(wrong("in"))?;
-    if let Some(actor) = actor {
+    if let Some(actor) = &actor {
         actor.fits(&spec).map_err(wrong("actor"))?;
     }
     let (places, heading): (Vec<String>, String) =
         (facts.arg("places").unwrap_or_default(), facts.arg("heading").unwrap_or_default());
-    if let Err(message) = Placed::of(&spec.tells, &places, &heading) {
-        let help = "name what the world tells".to_owned();
-        return Err(Wrong { arg: "places", message, help });
+    for (arg, places, heading) in [("places", &places[..], ""), ("heading", &[], &heading[..])] {
+        if let Err(message) = Placed::of(&spec.tells, places, heading) {
+            return Err(Wrong { arg, message, help: "name what the world tells".to_owned() });
+        }
+    }
+    if heading.is_empty() {
+        let message = "a car is driven as it heads, and nothing tells that".to_owned();
+        return Err(Wrong {
+            arg: "heading",
+            message,
+            help: "name what the world tells".to_owned(),
+        });
     }
     if places.len() != 2 {
         let message = format!("a car is at a place of two numbers, not of {}", places.len());
         return Err(Wrong { arg: "places", message, help: "name two".to_owned() });
     }
-    match form_of(facts, "on") {
-        Some(form) if form.target.len() != 2 || form.classes.is_some() => {
-            let message = format!("the data are {}, and no plans", told(&form));
-            Err(Wrong { arg: "on", message, help: "give `windows` of drives".to_owned() })
-        }
+    let Some(form) = form_of(facts, "on") else { return Ok(()) };
+    if form.target.len() != 2 || form.classes.is_some() {
+        let message = format!("the data are {}, and no plans", told(&form));
+        return Err(Wrong { arg: "on", message, help: "give `windows` of drives".to_owned() });
+    }
+    let learned = actor.as_ref().and_then(|actor| actor.rip()?.model.first());
+    match learned.map(ivx_nn::Model::form) {
+        Some(of) if of.target.len() == 2 => same(&of, &form).map_err(wrong("on")),
         _ => Ok(()),
     }
 }
@@ -134,6 +146,13 @@ impl Op for Adapt {
             let n = self.threshold.values.len();
             return Err(OpError::Failed(format!("`threshold` is {n} numbers instead of one")));
         };
+        if threshold.is_nan() {
+            let why = "`threshold` is no number: nothing would be above it".to_owned();
+            return Err(OpError::Failed(why));
+        }
+        if self.on.is_empty() {
+            return Err(OpError::Failed("there are no demonstrations to learn from".to_owned()));
+        }
         let models = imitating(&rip.model).map_err(failed)?;
         let form = rip.model[0].form().into_owned();
         same(&form, &self.on.form).map_err(failed)?;
@@ -143,8 +162,8 @@ impl Op for Adapt {
             ctx,
             threshold,
             place: place.map_err(OpError::Failed)?,
+            driver: rip.with(&models, &spec).map_err(failed)?,
             learners: Learners::new(self, models, &form),
-            driver: rip.with(&imitating(&rip.model).map_err(failed)?, &spec).map_err(failed)?,
             hold: rip.every,
             asked: vec![0.0; self.episodes],
             queries: Vec::new(),
@@ -220,19 +239,22 @@ impl Going<'_> {
                 share => chance.random::<f64>() < share,
             };
             if shown.is_none() && is_lost && (self.n_queries() as u64) < of.budget {
-                let steps = plan.len() / 2 * self.hold + self.hold;
-                let rows = lanes.shown(0, steps, &format!("{stream} shown {t}"));
+                let steps = plan.len() / 2 * self.hold;
+                let rows = lanes.shown(0, steps + self.hold, &format!("{stream} shown {t}"));
                 let rows = rows.ok_or_else(|| {
                     OpError::Failed("nobody knows what an expert would do in this world".into())
                 })?;
-                self.asked[episode] += 1.0;
-                self.queries.extend([real(episode), real(t), variance]);
-                let target = self.plan_of(&rows, &rows[..width], 0, plan.len() / 2);
-                self.learners.add(self.driver.seen(), &target);
-                self.learners.learn(self.n_queries(), self.ctx)?;
-                let form = self.learners.form.clone();
-                self.driver.learn(&self.learners.models(), &form);
-                shown = Some(Shown { rows, age: 0 });
+                // Near the end of a drive there is no whole plan to learn, and then nobody is asked.
+                if rows.len() / width > steps {
+                    self.asked[episode] += 1.0;
+                    self.queries.extend([real(episode), real(t), variance]);
+                    let target = self.plan_of(&rows, &rows[..width], 0, plan.len() / 2);
+                    self.learners.add(self.driver.seen(), &target);
+                    self.learners.learn(self.n_queries(), self.ctx)?;
+                    let form = self.learners.form.clone();
+                    self.driver.learn(&self.learners.models(), &form);
+                    shown = Some(Shown { rows, age: 0 });
+                }
             }
             if let Some(shown) = &mut shown {
                 let now: Vec<f32> = match t {
@@ -266,8 +288,9 @@ impl Going<'_> {
     /// The plan that what the expert showed is, seen from `now` after `age` steps of it.
     fn plan_of(&self, rows: &[f32], now: &[f32], age: usize, steps: usize) -> Vec<f64> {
         let mut plan = Vec::new();
+        let last = rows.len() / now.len() - 1;
         for k in 1..=steps {
-            let then = &rows[(age + k * self.hold) * now.len()..][..now.len()];
+            let then = &rows[(age + k * self.hold).min(last) * now.len()..][..now.len()];
             self.place.moved(now, then, &mut plan);
         }
         plan
@@ -336,7 +359,8 @@ impl<'a> Learners<'a> {
         for (k, member) in self.each.iter_mut().enumerate() {
             for update in 0..self.of.updates {
                 ctx.checkpoint(Vec::new)?;
-                let names = [k.to_string(), query.to_string(), update.to_string()];
+                let names =
+                    [self.of.stream.clone(), k.to_string(), query.to_string(), update.to_string()];
                 let mut rng = ctx.rng("updates", &names.each_ref().map(String::as_str));
                 let (mut xs, mut plans) = (Vec::new(), Vec::new());
                 let half = self.of.batch / 2;

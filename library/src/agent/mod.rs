@@ -24,7 +24,7 @@ mod windows;
 
 use ivx_op::Registry;
 
-pub use act::{Act, Returns, ToldSums};
+pub use act::{Act, Returns, Told, ToldSums};
 pub use actor::{
     Actor, Autopilot, Follows, Gpi, Imitated, Mpc, Noisy, Random, Rip, Softened, Tabular, Trained,
 };
@@ -74,5 +74,6 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .op::<MatchedCumulants>()
         .op::<CumulantMap>()
         .op::<Returns>()
+        .op::<Told>()
         .op::<ToldSums>()
 }

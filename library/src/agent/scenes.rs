@@ -57,15 +57,13 @@ impl Op for FindScenes {
             let row = |t: usize| &of.told[(done + t) * width..][..width];
             let first = |column: usize| (0..steps).find(|t| row(*t)[column] > 0.0);
             let end = first(event).map(|t| (1.0, t)).or_else(|| first(well).map(|t| (0.0, t)));
-            match end.and_then(|(it, t)| Some((it, t.checked_sub(self.before)?))) {
-                Some((it, t)) => {
-                    happened.push(it);
-                    told.extend(row(t).iter().map(|x| f64::from(*x)));
-                }
-                None => {
-                    happened.push(MISSING);
-                    told.extend(std::iter::repeat_n(MISSING, width));
-                }
+            let scene = end.and_then(|(it, t)| Some((it, t.checked_sub(self.before)?)));
+            if let Some((it, t)) = scene {
+                happened.push(it);
+                told.extend(row(t).iter().map(|x| f64::from(*x)));
+            } else {
+                happened.push(MISSING);
+                told.extend(std::iter::repeat_n(MISSING, width));
             }
         }
         let numbers = (0..happened.len()).map(real).collect();
@@ -99,8 +97,8 @@ mod tests {
             [v, f32::from(u8::from(bad)), f32::from(u8::from(good))]
         };
         let told: Vec<[f32; 3]> = [
-            (0..4).map(|t| row(f32::from(t as u8), t == 3, false)).collect::<Vec<_>>(),
-            (0..5).map(|t| row(10.0 + f32::from(t as u8), false, t == 4)).collect(),
+            (0..4_u8).map(|t| row(f32::from(t), t == 3, false)).collect::<Vec<_>>(),
+            (0..5_u8).map(|t| row(10.0 + f32::from(t), false, t == 4)).collect(),
             (0..3).map(|_| row(20.0, false, false)).collect(),
             (0..2).map(|t| row(30.0, t == 1, false)).collect(),
         ]

@@ -143,6 +143,10 @@ impl Op for Windows {
         let (of, seen) = (&*self.of, &self.of.paths.seen);
         let order = chosen(seen.fields(), &self.sees).map_err(failed)?;
         let form = form(seen.fields(), &order, [self.steps, self.places.len()]);
+        if form.input_len() == 0 {
+            let why = "of what was seen in these episodes nothing was kept".to_owned();
+            return Err(OpError::Failed(why));
+        }
         let place = Placed::of(&of.tells, &self.places, &self.heading).map_err(OpError::Failed)?;
         let told = |step: usize| &of.told[step * of.tells.len()..][..of.tells.len()];
         let (mut x, mut y) = (Vec::new(), Vec::new());

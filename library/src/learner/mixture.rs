@@ -65,8 +65,9 @@ declare! {
     shapes as_model;
 }
 
+/// What they are of is known, and no more: a mixture says a standard deviation where its members may not.
 fn as_model(facts: &Facts<'_>) -> Option<Shapes> {
-    facts.shapes("model").cloned()
+    ivx_data::form::form(facts, "model").map(|form| form.shapes())
 }
 
 impl Op for MembersOf {

@@ -8,19 +8,19 @@ use ivx_nn::{Imitative, Model, Optimiser};
 use ivx_op::{Array, Ctx, Held, Lit, One, Op as _, Part};
 use ivx_world::Env;
 
-fn built<T: ivx_op::Literal>(part: Part) -> T {
-    T::from_lit(&Lit::Part(ivx_library::registry().complete(&part))).expect("it is a part")
+fn built<T: ivx_op::Literal>(part: &Part) -> T {
+    T::from_lit(&Lit::Part(ivx_library::registry().complete(part))).expect("it is a part")
 }
 
 fn town(cars: i64, limit: i64) -> Box<dyn Env> {
     let shows = vec!["lidar", "velocity", "goals", "expert"];
     let town = Part::new("town").with("cars", cars).with("cells", 25_i64).with("reach", 25.0);
-    built(town.with("shows", shows).with("limit", limit))
+    built(&town.with("shows", shows).with("limit", limit))
 }
 
 /// Drives of the expert, and two members that have seen little of them.
 fn begun() -> (Dataset, Vec<Model>) {
-    let (actor, keeps) = (built::<Box<dyn Actor>>(Part::new("autopilot")), Vec::new());
+    let (actor, keeps) = (built::<Box<dyn Actor>>(&Part::new("autopilot")), Vec::new());
     let stream = "main".to_owned();
     let act = Act { actor, r#in: town(0, 200), episodes: 2, limit: 0, stream, keeps };
     let of = One(act.run(&Ctx::new("act", 0, None)).expect("it drives"));
@@ -39,7 +39,7 @@ fn begun() -> (Dataset, Vec<Model>) {
     let part =
         Part::new("imitative").with("net", net).with("features", 8_i64).with("batch", 16_i64);
     let train = |member| {
-        let learner = built::<Box<dyn Learner>>(part.clone());
+        let learner = built::<Box<dyn Learner>>(&part);
         let train = Train { learner, on: One(data.clone()), steps: 40, epochs: 0 };
         train.run(&Ctx::new("train", 0, Some(member))).expect("it learns")
     };
@@ -53,7 +53,7 @@ fn rip(models: &[Model]) -> Box<dyn Actor> {
     let dims = vec![ivx_op::Dim::new("member", ivx_op::Labels::count(models.len()))];
     let held = Held::Value(ivx_op::Gathered { dims, values, name: String::new() });
     let part = Part::new("rip").with("model", Lit::Held(held)).with("ke", Part::new("wcm"));
-    built(part)
+    built(&part)
 }
 
 fn adapted((data, models): &(Dataset, Vec<Model>), threshold: f64, at_random: f64) -> Adapted {
@@ -66,8 +66,8 @@ fn adapted((data, models): &(Dataset, Vec<Model>), threshold: f64, at_random: f6
         episodes: 2,
         updates: 20,
         batch: 16,
-        optimiser: built::<Box<dyn Optimiser>>(Part::new("adam")),
-        prior: built(Part::new("normal")),
+        optimiser: built::<Box<dyn Optimiser>>(&Part::new("adam")),
+        prior: built(&Part::new("normal")),
         noise: 0.01,
         places: vec!["x".to_owned(), "y".to_owned()],
         heading: "yaw".to_owned(),

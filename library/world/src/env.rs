@@ -105,7 +105,8 @@ pub trait World: Send {
     fn step(&mut self, act: Act<'_>, luck: &mut Luck, row: &mut Row<'_>) -> (f64, End);
 
     /// What it tells now, and would tell of each of the next steps if its expert acted from now on, by luck that is not the
-    /// world's: rows as [`Spec::tells`] names them. None but where [`Env::has_expert`] says so.
+    /// world's: rows as [`Spec::tells`] names them, fewer where the episode would end. None but where [`Env::has_expert`] says
+    /// so.
     fn shown(&self, _steps: usize, _luck: &mut Luck) -> Option<Vec<f32>> {
         None
     }

@@ -76,9 +76,11 @@ mod tests {
 
     #[test]
     fn towns_and_tasks_have_roads_and_tasks_a_route() {
-        let (cars, cells, expert, limit) = (0, 25, false, 9);
+        let (cars, shows, reach, cells, limit) = (0, vec!["velocity".to_owned()], 50.0, 25, 9);
         let name = "Town01".to_owned();
-        let town = map(Box::new(crate::Town { name, cars, cells, expert, limit })).unwrap();
+        let town =
+            map(Box::new(crate::Town { name, cars, shows: shows.clone(), reach, cells, limit }))
+                .unwrap();
         // Two edges of the 3.9 km of roads that a grid of 400 m by 330 m has, but for junctions.
         let metres: f64 = town.edges.iter().map(|edge| long(edge)).sum();
         let places: usize = town.edges.iter().map(Vec::len).sum();
@@ -86,7 +88,15 @@ mod tests {
         assert!(places < 3_000, "{places}");
         for task in ivx_town::tasks().into_iter().filter(|task| task.name.ends_with('0')) {
             let name = task.name.clone();
-            let found = map(Box::new(Carnovel { task: name, cars, cells, expert, limit })).unwrap();
+            let found = map(Box::new(Carnovel {
+                task: name,
+                cars,
+                shows: shows.clone(),
+                reach,
+                cells,
+                limit,
+            }))
+            .unwrap();
             let off =
                 |place: &Place, pose: &ivx_town::Pose| (place[0] - pose.x).hypot(place[1] - pose.y);
             assert!(off(&found.route[0], &task.origin) < 3.0, "{}", task.name);

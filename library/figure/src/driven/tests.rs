@@ -198,8 +198,16 @@ fn all_tasks_are_one_figure() {
     let families = [("AbnormalTurns", 7), ("BusyTown", 11), ("Hills", 4), ("Roundabouts", 5)];
     let names: Vec<String> =
         families.iter().flat_map(|(name, n)| (0..*n).map(move |i| format!("{name}{i}"))).collect();
+    let shows = || vec!["velocity".to_owned()];
     let map = |task: &String| {
-        let task = Carnovel { task: task.clone(), cars: 0, cells: 25, expert: false, limit: 9 };
+        let task = Carnovel {
+            task: task.clone(),
+            cars: 0,
+            shows: shows(),
+            reach: 50.0,
+            cells: 25,
+            limit: 9,
+        };
         task.map().unwrap()
     };
     let labels: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -212,7 +220,8 @@ fn all_tasks_are_one_figure() {
     {
         assert_eq!(n(&found, part), count, "{part}");
     }
-    let town = Town { name: "Town01".into(), cars: 0, cells: 25, expert: false, limit: 9 };
+    let town =
+        Town { name: "Town01".into(), cars: 0, shows: shows(), reach: 50.0, cells: 25, limit: 9 };
     let whole = svg(&driven(over(&[], vec![town.map().unwrap()]), None));
     assert!(n(&whole, ">100 m<") == 1 && whole.len() < 100_000, "{}", whole.len());
 }

@@ -400,6 +400,9 @@ impl World for Driving {
             let controls = autopilot(ahead.drive.as_ref()?, 0.0, &mut || 0.0);
             let happened = ahead.drive(&controls, luck);
             told.extend(ahead.told(&happened));
+            if happened.has_arrived || happened.hits_vehicle || happened.hits_edge {
+                break;
+            }
         }
         Some(told)
     }
