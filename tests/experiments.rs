@@ -57,6 +57,26 @@ fn the_thesis_runs_at_its_smallest() {
     }
 }
 
+/// Two people cross each of six streets; the real ones are not ours to pass on.
+#[test]
+fn pedestrians_run_on_streets_that_somebody_has() {
+    let project = Project::with(&[]);
+    let spec = root().join("ethucy/pedestrians.ivx");
+    project.write("pedestrians.ivx", &fs::read_to_string(spec).expect("it is there"));
+    let streets =
+        ["biwi_eth", "biwi_hotel", "students001", "students003", "crowds_zara01", "crowds_zara02"];
+    for (i, street) in streets.into_iter().enumerate() {
+        let row = |t: u32| {
+            let x = 0.4 * f64::from(t);
+            format!("{0} 1 {x} {i}.0\n{0} 2 {1} 9.5\n", 10 * t, 12.0 - x)
+        };
+        project.write(&format!("{street}.txt"), &(0..30).map(row).collect::<String>());
+    }
+    let said = project.run("check", "pedestrians.ivx", &[]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    assert!(project.executed("pedestrians.ivx", &["--profile", "smoke"]) > 30);
+}
+
 #[test]
 fn networks_run_at_their_smallest() {
     let project = Project::with(&[]);
