@@ -23,15 +23,14 @@ record! {
     pub struct Adapted = "Adapted" {
         /// What was learned: the members as one model, of which `members_of` are the members.
         model: Model;
-        /// The sums of what the world told of each episode, by what it is.
-        told: Array [episode, told];
         /// How often the expert was asked in each.
         asked: Array [episode];
         /// Each time: the episode, the step, and how much the members differed.
         queries: Array [query, noted];
         /// What the expert showed.
         shown: Dataset;
-        /// What was told of each step, and whether it was the expert's (`asked`); of what was seen nothing is kept.
+        /// What was told of each step, and whether it was the expert's (`asked`), for `told_sums` and `driven`; of what was
+        /// seen nothing is kept.
         drives: Rollouts;
     }
 }
@@ -167,13 +166,12 @@ impl Op for Adapt {
             hold: rip.every,
             asked: vec![0.0; self.episodes],
             queries: Vec::new(),
-            told: vec![0.0; self.episodes * spec.tells.len()],
             drives: drives(&spec),
         };
         for episode in 0..self.episodes {
             run.drive(episode)?;
         }
-        run.done(spec)
+        run.done()
     }
 }
 
@@ -196,7 +194,6 @@ struct Going<'a> {
     hold: usize,
     asked: Vec<f64>,
     queries: Vec<f64>,
-    told: Vec<f64>,
     drives: Rollouts,
 }
 
@@ -267,10 +264,7 @@ impl Going<'_> {
             let (seen, acts) = lanes.choose();
             self.driver.follow(seen, &plan, acts);
             let step = lanes.step()?;
-            let told = &step.told[..width];
-            let sums = self.told[episode * width..].iter_mut();
-            sums.zip(told).for_each(|(sum, told)| *sum += f64::from(*told));
-            self.drives.told.extend(told);
+            self.drives.told.extend(&step.told[..width]);
             self.driver.tell(0, &mut self.drives.told);
             self.drives.told.push(if shown.is_some() { 1.0 } else { 0.0 });
             self.drives.rewards.push(step.rewards[0]);
@@ -296,9 +290,8 @@ impl Going<'_> {
         plan
     }
 
-    fn done(mut self, spec: Spec) -> Result<Adapted, OpError> {
-        let episodes = || Dim::new("episode", Labels::count(self.of.episodes));
-        let told = Dim::new("told", Labels::Names(spec.tells));
+    fn done(mut self) -> Result<Adapted, OpError> {
+        let episode = Dim::new("episode", Labels::count(self.of.episodes));
         let noted = Dim::new("noted", Labels::Names(NOTED.map(str::to_owned).to_vec()));
         let query = Dim::new("query", Labels::count(self.n_queries()));
         let form = self.learners.form.clone();
@@ -314,8 +307,7 @@ impl Going<'_> {
         let (x, y) = &self.learners.shown;
         let numbers = |xs: &[f32]| xs.iter().map(|x| f64::from(*x)).collect();
         Ok(Adapted {
-            told: Array { dims: vec![episodes(), told], values: self.told },
-            asked: Array::series(episodes(), self.asked),
+            asked: Array::series(episode, self.asked),
             queries: Array { dims: vec![query, noted], values: self.queries },
             shown: Dataset { x: numbers(x), y: numbers(y), form: form.clone() },
             model: Model::Fitted(Fitted { form, function }),

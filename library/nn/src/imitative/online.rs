@@ -25,15 +25,15 @@ impl<'a> PlanLearner<'a> {
         Self { model, live, descent }
     }
 
-    /// Lowers `−1/N Σ_i ln q(a_i | s_i; θ)` of some observations, with the pull of the prior, by one update; what it was.
+    /// Lowers `−1/N Σ_i ln q(a_i | s_i; θ)` of some observations, with the pull of the prior, by one update.
     ///
     /// # Panics
     /// If these are not of the form that the model is of.
-    pub fn learn(&mut self, form: &Form, data: (&[f32], &[f32]), dropout: &mut ChaCha8Rng) -> f64 {
+    pub fn learn(&mut self, form: &Form, data: (&[f32], &[f32]), dropout: &mut ChaCha8Rng) {
         self.descent.lower(&self.live, |live| {
             let log_q = log_density(live, form, data, dropout);
             live.graph.affine(live.graph.mean(log_q), -1.0, 0.0)
-        })
+        });
     }
 
     /// What it has learned.

@@ -3,7 +3,7 @@
 use ivx_data::form::told;
 use ivx_data::{Columns, Field, Form, Kind, Misfit, Values};
 use ivx_nn::Real as _;
-use ivx_town::{Follower, Pose};
+use ivx_town::{DT, Follower, Pose};
 use ivx_world::{Acts, Spec};
 
 use crate::agent::windows::{chosen, form};
@@ -12,8 +12,6 @@ use crate::agent::windows::{chosen, form};
 const SPEED: &str = "velocity";
 /// How many steps ahead the car steers to.
 const AHEAD: usize = 5;
-/// Seconds of a step.
-const DT: f64 = 0.05;
 
 /// What somebody sees who drives by plans.
 #[derive(Clone, Debug)]

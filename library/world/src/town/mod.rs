@@ -8,12 +8,11 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use ivx_data::{Act, Actions, End, Misfit, Outline, Picture, Place, RoadMap, Shape};
 use ivx_op::{Facts, OpError, Wrong, declare};
 use ivx_town::{
-    BREADTH, Body, Controls, Drive, Happened, LENGTH, Lidar, Pose, SIDE, Task, Town as Streets,
-    autopilot, command, drive, kerbs, picture, route_length, scan, streets, tasks, town, town_map,
-    town_names,
+    BREADTH, Controls, Drive, Happened, LENGTH, Pose, Task, Town as Streets, autopilot, drive,
+    kerbs, route_length, tasks, town, town_map, town_names,
 };
 
-use self::sight::{COMMANDS, Sight, bins, is_seen, sights};
+use self::sight::{Sight, is_seen, sights, single};
 use crate::env::{Env, Row, Spec, World};
 use crate::luck::Luck;
 use crate::road_map::roads;
@@ -115,9 +114,6 @@ const TELLS: [&str; 12] = [
 
 /// Metres of routes that are drawn.
 const ROUTES: [f64; 2] = [100.0, 350.0];
-
-/// Height up to which points are on the ground, from the sensor.
-const SPLIT: f32 = -2.45;
 
 fn spec(shows: &[String], cells: usize, limit: u64) -> Spec {
     Spec {
@@ -266,53 +262,8 @@ impl Driving {
 
     fn show(&self, row: &mut Row<'_>) {
         let Some(drive) = &self.drive else { return };
-        let pose = &drive.ego.pose;
-        let cars: Vec<Body> =
-            drive.traffic.cars.iter().map(|car| Body::car(car.pose, [0.0, 0.0])).collect();
-        let put = |to: &mut [f32], from: &[f64]| {
-            to.iter_mut().zip(from).for_each(|(to, x)| *to = single(*x));
-        };
         for (i, sight) in self.sees.iter().enumerate() {
-            match sight {
-                Sight::Lidar => {
-                    let points = scan(&Lidar::default(), &self.streets.relief, pose, &cars);
-                    self.pool(&picture(&points, SPLIT), row.bytes(i));
-                }
-                Sight::Velocity => {
-                    let speed = drive.ego.speed;
-                    let (sin, cos) = pose.pitch.sin_cos();
-                    put(row.numbers(i), &[speed * cos, 0.0, speed * sin]);
-                }
-                Sight::Goals => put(row.numbers(i), drive.goals().as_flattened()),
-                Sight::Command => {
-                    let told = command(&self.streets.network, &drive.route, drive.at);
-                    put(row.numbers(i), &COMMANDS.map(|own| f64::from(u8::from(own == told))));
-                }
-                Sight::Streets => {
-                    let size = (self.reach, self.cells);
-                    streets(&self.streets, pose, &cars, size, row.bytes(i));
-                }
-                Sight::Expert => {
-                    let Controls { throttle, brake, steer } = autopilot(drive, 0.0, &mut || 0.0);
-                    put(row.numbers(i), &[throttle - brake, steer]);
-                }
-            }
-        }
-    }
-
-    /// The most of each square of bins, of those within reach.
-    fn pool(&self, whole: &[u8], seen: &mut [u8]) {
-        let (cells, bins) = (self.cells, bins(self.reach));
-        let (first, pool) = ((SIDE - bins) / 2, bins / cells);
-        seen.fill(0);
-        for y in 0..bins {
-            for x in 0..bins {
-                for channel in 0..2 {
-                    let n = whole[((first + y) * SIDE + first + x) * 2 + channel];
-                    let cell = &mut seen[(channel * cells + y / pool) * cells + x / pool];
-                    *cell = (*cell).max(n);
-                }
-            }
+            sight.show(&self.streets, drive, (self.reach, self.cells), row, i);
         }
     }
 
@@ -361,11 +312,6 @@ fn somewhere(streets: &Streets, draw: &mut dyn FnMut() -> f64) -> Pose {
         left -= long(lane);
     }
     ivx_town::pose_along(&streets.centres[last], left)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "what is seen is of single precision")]
-fn single(x: f64) -> f32 {
-    x as f32
 }
 
 impl World for Driving {

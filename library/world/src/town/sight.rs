@@ -2,7 +2,12 @@
 
 use ivx_data::{Field, Kind};
 use ivx_op::{Facts, Wrong};
-use ivx_town::{Command, N_GOALS, N_STREETS, SIDE};
+use ivx_town::{
+    Body, Command, Controls, Drive, Lidar, N_GOALS, N_STREETS, SIDE, Town, autopilot, command,
+    picture, scan, streets,
+};
+
+use crate::env::Row;
 
 /// What a car can be shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,11 +45,74 @@ impl Sight {
             Self::Expert => Field::new(name, &[2], Kind::F32),
         }
     }
+
+    /// Shows it in a field of what is seen.
+    ///
+    /// - `reach`: metres that pictures reach to each side, and `cells` of one.
+    pub(super) fn show(
+        self,
+        town: &Town,
+        drive: &Drive,
+        (reach, cells): (f64, usize),
+        row: &mut Row<'_>,
+        field: usize,
+    ) {
+        let pose = &drive.ego.pose;
+        let cars = || -> Vec<Body> {
+            drive.traffic.cars.iter().map(|car| Body::car(car.pose, [0.0, 0.0])).collect()
+        };
+        let put = |to: &mut [f32], from: &[f64]| {
+            to.iter_mut().zip(from).for_each(|(to, x)| *to = single(*x));
+        };
+        match self {
+            Self::Lidar => {
+                let points = scan(&Lidar::default(), &town.relief, pose, &cars());
+                pooled(&picture(&points, SPLIT), (bins(reach), cells), row.bytes(field));
+            }
+            Self::Velocity => {
+                let speed = drive.ego.speed;
+                let (sin, cos) = pose.pitch.sin_cos();
+                put(row.numbers(field), &[speed * cos, 0.0, speed * sin]);
+            }
+            Self::Goals => put(row.numbers(field), drive.goals().as_flattened()),
+            Self::Command => {
+                let told = command(&town.network, &drive.route, drive.at);
+                put(row.numbers(field), &COMMANDS.map(|own| f64::from(u8::from(own == told))));
+            }
+            Self::Streets => streets(town, pose, &cars(), (reach, cells), row.bytes(field)),
+            Self::Expert => {
+                let Controls { throttle, brake, steer } = autopilot(drive, 0.0, &mut || 0.0);
+                put(row.numbers(field), &[throttle - brake, steer]);
+            }
+        }
+    }
+}
+
+/// Height up to which points are on the ground, from the sensor.
+const SPLIT: f32 = -2.45;
+
+/// The most of each square of bins, of so many a side about the car.
+fn pooled(whole: &[u8], (bins, cells): (usize, usize), seen: &mut [u8]) {
+    let (first, pool) = ((SIDE - bins) / 2, bins / cells);
+    seen.fill(0);
+    for y in 0..bins {
+        for x in 0..bins {
+            for channel in 0..2 {
+                let n = whole[((first + y) * SIDE + first + x) * 2 + channel];
+                let cell = &mut seen[(channel * cells + y / pool) * cells + x / pool];
+                *cell = (*cell).max(n);
+            }
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "what is seen is of single precision")]
+pub(super) fn single(x: f64) -> f32 {
+    x as f32
 }
 
 /// The commands, in the order in which they are shown.
-pub(super) const COMMANDS: [Command; 4] =
-    [Command::Follow, Command::Left, Command::Right, Command::Straight];
+const COMMANDS: [Command; 4] = [Command::Follow, Command::Left, Command::Right, Command::Straight];
 
 /// Those of some names.
 pub(super) fn sights(shows: &[String]) -> Vec<Sight> {
@@ -89,6 +157,6 @@ pub(super) fn is_seen(facts: &Facts<'_>) -> Result<(), Wrong> {
 
 /// How many bins of half a metre a side of a picture of points has: an even number about the car.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 50 m")]
-pub(super) fn bins(reach: f64) -> usize {
+fn bins(reach: f64) -> usize {
     (2 * (reach * 2.0).round() as usize).min(SIDE) / 2 * 2
 }
