@@ -51,7 +51,7 @@ pub use model::{Head, Model, NetModel, PRIOR};
 pub use modes::{Anchored, ModeNets, ModeTraining, Modes, Multimodal, fit_modes};
 pub use module::{ArrayOf, Mode, Module, Start};
 pub use net::{Mlp, Net, headed};
-pub use network::{check, init, predict, stds};
+pub use network::{check, init, predict, singles, stds};
 pub use networks::{Named, Networks, joined};
 pub use ops::{
     BatchNorm, Cell, Layer, Norm, Payment, Proximal, Proximity, PsiPhiLosses, SoftSteps, Steps,

@@ -95,7 +95,9 @@ pub(super) fn outputs(net: &NetModel, name: &str, xs: &[f32]) -> Vec<f64> {
     all
 }
 
-pub(super) fn singles(values: &[f64]) -> Vec<f32> {
+/// Numbers in the precision of networks.
+#[must_use]
+pub fn singles(values: &[f64]) -> Vec<f32> {
     values.iter().map(|&x| f32::of(x)).collect()
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ivx_data::form::{failed, form as form_of, same, told, wrong};
 use ivx_data::{Columns, Dataset, Form, Rollouts, Trajectories};
 use ivx_math::moments::real;
-use ivx_nn::{Fitted, Imitative, Mixture, Model, Optimiser, PlanLearner, Real as _, Rule};
+use ivx_nn::{Fitted, Imitative, Mixture, Model, Optimiser, PlanLearner, Real as _, Rule, singles};
 use ivx_op::{Array, Ctx, Dim, Facts, Labels, One, Op, OpError, Part, Wrong, declare, record};
 use ivx_world::{Env, Lanes, Spec};
 use rand::RngExt as _;
@@ -329,14 +329,13 @@ struct Learners<'a> {
 
 impl<'a> Learners<'a> {
     fn new(of: &'a Adapt, models: Vec<&Imitative>, form: &Form) -> Self {
-        let single = |values: &[f64]| values.iter().map(|x| f32::of(*x)).collect();
         let pull = of.prior.pull(1.0, real(of.on.len().max(1)));
         let rule = Rule { optimiser: &*of.optimiser, pull, steps: u64::MAX };
         Self {
             of,
             form: form.clone(),
             each: models.into_iter().map(|model| PlanLearner::new(model.clone(), rule)).collect(),
-            before: (single(&of.on.x), single(&of.on.y)),
+            before: (singles(&of.on.x), singles(&of.on.y)),
             shown: (Vec::new(), Vec::new()),
         }
     }

@@ -3,7 +3,7 @@
 use ivx_data::form::{failed, model_of_data, same};
 use ivx_data::{Dataset, Form};
 use ivx_math::moments::{mean, real};
-use ivx_nn::{Imitators, Model, Real as _};
+use ivx_nn::{Imitators, Model, singles};
 use ivx_op::{Array, Ctx, Dim, Labels, Members, One, Op, OpError, Part, declare, record};
 use ivx_world::Luck;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -69,10 +69,6 @@ const AT_ONCE: usize = 128;
 fn opened(models: &[Model], form: &Form) -> Result<Imitators, OpError> {
     models.iter().try_for_each(|model| same(&model.form(), form)).map_err(failed)?;
     Ok(Imitators::of(&imitating(models).map_err(failed)?, form))
-}
-
-fn singles(values: &[f64]) -> Vec<f32> {
-    values.iter().map(|x| f32::of(*x)).collect()
 }
 
 impl Op for LogDensity {

@@ -17,8 +17,8 @@ use crate::live::Live;
 use crate::model::Model;
 use crate::module::{Mode, Module};
 use crate::net::Net;
+use crate::network::singles;
 use crate::networks::Networks;
-use crate::real::Real as _;
 use crate::seen::{MERGE, SEE, ends, is_dense, plan_sizes, relu, see, state, state_len};
 
 pub(crate) const KIND: &str = "imitative";
@@ -119,7 +119,7 @@ impl Function for Imitative {
     /// The plan of the means: every step by the mean of its own.
     fn predict(&self, form: &Form, xs: &[f64]) -> Vec<f64> {
         let mut opened = Imitators::of(&[self], form);
-        let xs: Vec<f32> = xs.iter().map(|x| f32::of(*x)).collect();
+        let xs = singles(xs);
         let mut plans = Vec::new();
         for xs in xs.chunks(AT_ONCE * form.input_len()) {
             opened.see(xs);

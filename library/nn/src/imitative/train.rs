@@ -11,6 +11,7 @@ use crate::descend::{Rule, Turns, descend};
 use crate::graph::{Graph, Shape, Var};
 use crate::live::Live;
 use crate::module::Mode;
+use crate::network::singles;
 use crate::real::Real;
 use crate::seen::{log_std, state};
 use crate::world::Body;
@@ -50,8 +51,7 @@ pub fn fit_plans(
     let (width, len) = (form.input_len(), form.target_len());
     let mut turns = Turns::new(data.len(), how.batch);
     let mut dropout = ctx.rng("dropout", &[]);
-    let single = |values: &[f64]| values.iter().map(|x| f32::of(*x)).collect::<Vec<f32>>();
-    let (xs, plans) = (single(&data.x), single(&data.y));
+    let (xs, plans) = (singles(&data.x), singles(&data.y));
     let (mut x, mut plan) = (Vec::new(), Vec::new());
     descend(&mut live, &[""], how.rule, ctx, |live, t| {
         x.clear();

@@ -1,11 +1,11 @@
 //! Plans that are chosen by a command (Codevilla et al., 2018).
 
-use ivx_data::{Dataset, Form, Misfit};
-use ivx_nn::{ModeNets, Model, Modes, Net, Optimiser};
-use ivx_op::{Ctx, OpError, Part, declare};
+use ivx_data::{Form, Misfit};
+use ivx_nn::{ModeNets, Modes, Net, Optimiser};
+use ivx_op::{Part, declare};
 
-use super::{Learning, updates_in_a_pass};
-use crate::learner::{Learner, Prior};
+use super::{Learning, OfModes};
+use crate::learner::Prior;
 
 declare! {
     /// Conditional imitation learning (CIL; Codevilla et al., 2018): a network puts out a plan for each command that a
@@ -36,7 +36,7 @@ declare! {
     }
 }
 
-impl Cil {
+impl OfModes for Cil {
     fn learning(&self) -> Learning<'_> {
         Learning {
             nets: ModeNets { net: &*self.net, features: self.features, merge: &self.merge },
@@ -46,30 +46,12 @@ impl Cil {
             weight: 1.0,
         }
     }
-}
 
-impl Learner for Cil {
-    fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
-        self.learning().train(Modes::Commanded(self.commands), data, steps, ctx)
+    fn kind(&self, _: &Form) -> Result<Modes, Misfit> {
+        Ok(Modes::Commanded(self.commands))
     }
 
-    fn fits(&self, form: &Form) -> Result<(), Misfit> {
-        self.learning().nets.modules(form, &Modes::Commanded(self.commands)).map(drop)
-    }
-
-    fn memory(&self, form: &Form, n: u64) -> u64 {
-        self.learning().memory(&Modes::Commanded(self.commands), form, n)
-    }
-
-    fn updates_in_a_pass(&self, n: usize) -> u64 {
-        updates_in_a_pass(n, self.batch)
-    }
-
-    fn makes_networks(&self) -> bool {
-        true
-    }
-
-    fn modes(&self) -> Option<Vec<usize>> {
-        Some(vec![1])
+    fn n_modes(&self) -> Vec<usize> {
+        vec![1]
     }
 }

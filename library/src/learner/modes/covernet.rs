@@ -1,11 +1,11 @@
 //! Anchors among which a network chooses (Phan-Minh et al., 2020).
 
-use ivx_data::{Dataset, Form, Misfit};
-use ivx_nn::{Anchored, ModeNets, Model, Net, Optimiser};
-use ivx_op::{Array, Ctx, One, OpError, Part, declare};
+use ivx_data::{Form, Misfit};
+use ivx_nn::{Anchored, ModeNets, Modes, Net, Optimiser};
+use ivx_op::{Array, One, OpError, Part, declare};
 
-use super::{Learning, anchored, computed, n_anchors, updates_in_a_pass};
-use crate::learner::{Learner, Prior};
+use super::{Learning, OfModes, anchored, computed, n_anchors};
+use crate::learner::Prior;
 
 declare! {
     /// `CoverNet` with fixed trajectories (Phan-Minh et al., 2020): a network puts out how probable each of some fixed plans is,
@@ -35,7 +35,7 @@ declare! {
     }
 }
 
-impl CoverNet {
+impl OfModes for CoverNet {
     fn learning(&self) -> Learning<'_> {
         Learning {
             nets: ModeNets { net: &*self.net, features: self.features, merge: &self.merge },
@@ -45,33 +45,16 @@ impl CoverNet {
             weight: 1.0,
         }
     }
-}
 
-impl Learner for CoverNet {
-    fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
-        let modes = computed(Anchored::Chosen, &self.anchors, &data.form)?;
-        self.learning().train(modes, data, steps, ctx)
+    fn kind(&self, form: &Form) -> Result<Modes, Misfit> {
+        anchored(Anchored::Chosen, &self.anchors, form)
     }
 
-    fn fits(&self, form: &Form) -> Result<(), Misfit> {
-        let modes = anchored(Anchored::Chosen, &self.anchors, form)?;
-        self.learning().nets.modules(form, &modes).map(drop)
+    fn computed(&self, form: &Form) -> Result<Modes, OpError> {
+        computed(Anchored::Chosen, &self.anchors, form)
     }
 
-    fn memory(&self, form: &Form, n: u64) -> u64 {
-        let modes = anchored(Anchored::Chosen, &self.anchors, form);
-        modes.map_or(0, |modes| self.learning().memory(&modes, form, n))
-    }
-
-    fn updates_in_a_pass(&self, n: usize) -> u64 {
-        updates_in_a_pass(n, self.batch)
-    }
-
-    fn makes_networks(&self) -> bool {
-        true
-    }
-
-    fn modes(&self) -> Option<Vec<usize>> {
-        Some(n_anchors(&self.anchors))
+    fn n_modes(&self) -> Vec<usize> {
+        n_anchors(&self.anchors)
     }
 }

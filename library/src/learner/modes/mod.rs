@@ -5,6 +5,7 @@ mod covernet;
 mod mtp;
 mod multipath;
 
+use std::fmt::Debug;
 use std::sync::Arc;
 
 use ivx_data::{Dataset, Form, Misfit};
@@ -19,8 +20,8 @@ pub use covernet::CoverNet;
 pub use mtp::Mtp;
 pub use multipath::MultiPath;
 
-use super::Prior;
 use super::targets::are_sound;
+use super::{Learner, Prior};
 
 /// How many anchors there are thought to be as long as they are not known.
 const THOUGHT: usize = 64;
@@ -105,8 +106,46 @@ fn n_anchors(anchors: &Array) -> Vec<usize> {
     anchors.dims.first().map(Dim::len).into_iter().collect()
 }
 
-fn updates_in_a_pass(n: usize, batch: usize) -> u64 {
-    if n == 0 { 1 } else { Turns::new(n, batch).in_a_pass() }
+/// A learner of modes, which are all that one differs from another in.
+trait OfModes: Debug + Send + Sync {
+    fn learning(&self) -> Learning<'_>;
+
+    /// What its modes are, of observations of a form; as many anchors as may be where they are still to be computed.
+    fn kind(&self, form: &Form) -> Result<Modes, Misfit>;
+
+    /// The same when all is computed.
+    fn computed(&self, form: &Form) -> Result<Modes, OpError> {
+        self.kind(form).map_err(ivx_data::form::failed)
+    }
+
+    /// What the checker knows of the number of its modes.
+    fn n_modes(&self) -> Vec<usize>;
+}
+
+impl<T: OfModes> Learner for T {
+    fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
+        self.learning().train(self.computed(&data.form)?, data, steps, ctx)
+    }
+
+    fn fits(&self, form: &Form) -> Result<(), Misfit> {
+        self.learning().nets.modules(form, &self.kind(form)?).map(drop)
+    }
+
+    fn memory(&self, form: &Form, n: u64) -> u64 {
+        self.kind(form).map_or(0, |modes| self.learning().memory(&modes, form, n))
+    }
+
+    fn updates_in_a_pass(&self, n: usize) -> u64 {
+        if n == 0 { 1 } else { Turns::new(n, self.learning().batch).in_a_pass() }
+    }
+
+    fn makes_networks(&self) -> bool {
+        true
+    }
+
+    fn modes(&self) -> Option<Vec<usize>> {
+        Some(self.n_modes())
+    }
 }
 
 #[cfg(test)]

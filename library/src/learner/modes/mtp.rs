@@ -1,11 +1,11 @@
 //! Plans that a network makes (Cui et al., 2019).
 
-use ivx_data::{Dataset, Form, Misfit};
-use ivx_nn::{ModeNets, Model, Modes, Net, Optimiser};
-use ivx_op::{Ctx, OpError, Part, declare};
+use ivx_data::{Form, Misfit};
+use ivx_nn::{ModeNets, Modes, Net, Optimiser};
+use ivx_op::{Part, declare};
 
-use super::{Learning, updates_in_a_pass};
-use crate::learner::{Learner, Prior};
+use super::{Learning, OfModes};
+use crate::learner::Prior;
 
 declare! {
     /// Multiple-trajectory prediction (MTP; Cui et al., 2019): a network puts out a few plans and how probable each is, and
@@ -39,7 +39,7 @@ declare! {
     }
 }
 
-impl Mtp {
+impl OfModes for Mtp {
     fn learning(&self) -> Learning<'_> {
         Learning {
             nets: ModeNets { net: &*self.net, features: self.features, merge: &self.merge },
@@ -49,30 +49,12 @@ impl Mtp {
             weight: self.weight,
         }
     }
-}
 
-impl Learner for Mtp {
-    fn train(&self, data: &Dataset, steps: u64, ctx: &Ctx) -> Result<Model, OpError> {
-        self.learning().train(Modes::Made(self.modes), data, steps, ctx)
+    fn kind(&self, _: &Form) -> Result<Modes, Misfit> {
+        Ok(Modes::Made(self.modes))
     }
 
-    fn fits(&self, form: &Form) -> Result<(), Misfit> {
-        self.learning().nets.modules(form, &Modes::Made(self.modes)).map(drop)
-    }
-
-    fn memory(&self, form: &Form, n: u64) -> u64 {
-        self.learning().memory(&Modes::Made(self.modes), form, n)
-    }
-
-    fn updates_in_a_pass(&self, n: usize) -> u64 {
-        updates_in_a_pass(n, self.batch)
-    }
-
-    fn makes_networks(&self) -> bool {
-        true
-    }
-
-    fn modes(&self) -> Option<Vec<usize>> {
-        Some(vec![self.modes])
+    fn n_modes(&self) -> Vec<usize> {
+        vec![self.modes]
     }
 }
