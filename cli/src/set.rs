@@ -40,7 +40,9 @@ fn set(text: &str, project: &Project) -> Result<(String, Lit), (String, String)>
         declared.iter().filter(|own| own.address == name || own.name == name).collect();
     let Some(first) = matching.first() else {
         let known = declared.iter().flat_map(|own| [own.address.as_str(), own.name]);
-        let help = suggest(name, known).unwrap_or_else(|| "the spec has no parameters".to_owned());
+        let help = suggest(name, known)
+            .map(String::from)
+            .unwrap_or_else(|| "the spec has no parameters".to_owned());
         return Err((format!("no parameter is called `{name}`"), help));
     };
     if matching.len() > 1 {

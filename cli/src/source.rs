@@ -78,7 +78,7 @@ pub(crate) fn no_spec(path: &Path, error: &io::Error) -> String {
     let known = specs(folder);
     let name = if path.extension().is_none() { with } else { path.to_owned() };
     let name = name.display().to_string();
-    let help = suggest(&name, known.iter().map(String::as_str));
+    let help = suggest(&name, known.iter().map(String::as_str)).map(String::from);
     match help {
         Some(help) => format!("there is no such file: {help}"),
         None if known.is_empty() => {

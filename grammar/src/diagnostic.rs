@@ -1,6 +1,6 @@
 //! What is wrong with a spec, as data.
 
-use crate::Span;
+use crate::{Advice, Span};
 
 /// One fault, with everything a reader needs to mend it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// How to mend it.
     pub help: Option<String>,
+    /// A word at its place, and what would stand there rightly.
+    pub instead: Option<(String, String)>,
 }
 
 /// A stretch of text and what is to be said about it.
@@ -146,7 +148,7 @@ impl Diagnostic {
         label: impl Into<String>,
     ) -> Self {
         let labels = vec![Label { span, text: label.into() }];
-        Self { code, message: message.into(), labels, help: None }
+        Self { code, message: message.into(), labels, help: None, instead: None }
     }
 
     /// The same, with advice.
@@ -158,8 +160,11 @@ impl Diagnostic {
 
     /// The same, with advice where there is some.
     #[must_use]
-    pub fn maybe_help(mut self, help: Option<String>) -> Self {
-        self.help = self.help.or(help);
+    pub fn maybe_help(mut self, help: Option<impl Into<Advice>>) -> Self {
+        if let (None, Some(advice)) = (&self.help, help) {
+            let Advice { said, instead } = advice.into();
+            (self.help, self.instead) = (Some(said), instead);
+        }
         self
     }
 

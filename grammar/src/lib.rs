@@ -7,6 +7,7 @@ extern crate alloc; // what the derived parser names without pest's `std`
 
 pub mod ast;
 pub mod check;
+mod cursor;
 mod deviation;
 mod diagnostic;
 mod external;
@@ -15,15 +16,18 @@ pub mod ir;
 #[cfg(test)]
 mod laws;
 mod literal;
+mod mention;
 mod parse;
 mod span;
 mod suggest;
 
+pub use cursor::{Around, Cursor, cursor};
 pub use deviation::deviations;
 pub use diagnostic::{Code, Diagnostic, Label, Severity, article};
 pub use external::{Outside, externals, known_as};
 pub use format::format;
 pub use literal::parse_literal;
-pub use parse::parse;
+pub use mention::{Means, Mention, Sort, declares, mentions, names_at};
+pub use parse::{is_name, parse};
 pub use span::{Span, Spanned};
-pub use suggest::suggest;
+pub use suggest::{Advice, suggest};

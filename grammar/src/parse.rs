@@ -6,6 +6,7 @@ mod fault;
 pub(crate) mod habit;
 mod parts;
 pub(crate) mod scan;
+pub use scan::is_name;
 #[cfg(test)]
 pub(crate) mod tests;
 

@@ -22,7 +22,9 @@ pub(crate) fn explain(
     let Some(code) = Code::ALL.iter().find(|code| names(wanted, **code)) else {
         writeln!(err, "error: no fault has the code `{wanted}`")?;
         let known: Vec<String> = Code::ALL.iter().map(Code::to_string).collect();
-        if let Some(help) = suggest(&wanted.to_uppercase(), known.iter().map(String::as_str)) {
+        if let Some(help) =
+            suggest(&wanted.to_uppercase(), known.iter().map(String::as_str)).map(String::from)
+        {
             writeln!(err, "help: {help}")?;
         }
         return Ok(WRONG);

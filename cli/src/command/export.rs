@@ -59,7 +59,8 @@ fn measures(
             found.measures.keys().map(move |measure| format!("{experiment}/{measure}"))
         });
         let names: Vec<String> = names.collect();
-        let help = suggest(name, names.iter().map(String::as_str)).unwrap_or_default();
+        let help =
+            suggest(name, names.iter().map(String::as_str)).map(String::from).unwrap_or_default();
         writeln!(err, "error: no measure is called `{name}`: {help}")?;
         return Ok(None);
     }

@@ -15,7 +15,7 @@ pub(crate) fn ops(args: &Ops, out: &mut dyn Write, err: &mut dyn Write) -> Resul
     if let Some(name) = &args.name {
         let decls = meant(&registry, name);
         if decls.is_empty() {
-            let help = suggest(name, registry.decls().map(|decl| decl.name));
+            let help = suggest(name, registry.decls().map(|decl| decl.name)).map(String::from);
             writeln!(err, "error: no operation or part is called `{name}`")?;
             if let Some(help) = help {
                 writeln!(err, "help: {help}")?;

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use ivx_cache::Cache;
 use ivx_engine::{NodeIndex, Plan, address, consult, expand, platform};
-use ivx_grammar::suggest;
+use ivx_grammar::{Advice, suggest};
 
 use super::{Ready, ready};
 use crate::args::StoreMode;
@@ -105,11 +105,11 @@ fn unknown(plan: &Plan, name: &str, err: &mut dyn Write) -> io::Result<()> {
     let stems = || stems.iter().map(String::as_str);
     let bare = stems().filter_map(|stem| address::parts(stem).get(1).copied());
     let help = suggest(name, stems());
-    let is_near = |help: &String| help.starts_with("did you mean");
+    let is_near = Advice::is_near;
     let help = help.filter(is_near).or_else(|| suggest(name, bare).filter(is_near));
     let help = help.or_else(|| suggest(name, stems()));
     let help = help.or_else(|| suggest(name, known()));
-    let help = help.unwrap_or_else(|| "`ivx plan --nodes` lists them".to_owned());
+    let help = help.map_or_else(|| "`ivx plan --nodes` lists them".to_owned(), String::from);
     writeln!(err, "error: no node is called `{name}`: {help}")
 }
 

@@ -203,7 +203,7 @@ fn names(outputs: &[Output]) -> impl Iterator<Item = &str> {
 fn missing<'n>(what: &str, name: &str, known: impl Iterator<Item = &'n str>) -> Wrong {
     let known: Vec<&str> = known.collect();
     let help = match suggest(name, known.iter().copied()) {
-        Some(help) => help,
+        Some(help) => help.said,
         None if known.is_empty() => "there is none".to_owned(),
         None => "`ivx claims SPEC` lists claims, and `report.md` has the rest".to_owned(),
     };

@@ -5,23 +5,24 @@ use ivx_op::{ArgKind, Decl, Role, Ty};
 use super::Checker;
 use super::library::Library;
 use crate::ast;
-use crate::suggest;
+use crate::{Advice, suggest};
 
 impl Library<'_> {
     /// How an argument that a call does not have is written here.
-    pub(super) fn argument_help(&self, owner: &str, name: &str, names: &[&str]) -> Option<String> {
+    pub(super) fn argument_help(&self, owner: &str, name: &str, names: &[&str]) -> Option<Advice> {
         let nearest = suggest(name, names.iter().copied());
-        if nearest.as_ref().is_some_and(|help| help.starts_with("did you")) {
+        if nearest.as_ref().is_some_and(Advice::is_near) {
             return nearest;
         }
         if is_seed(name) && !names.contains(&name) {
             let help = "random numbers follow an axis: declare `axis seed = 0..5`; `stream` tells \
                         two draws on one seed apart";
-            return Some(help.to_owned());
+            return Some(help.into());
         }
         let meant = synonyms(name);
         if let Some(own) = meant.iter().find(|meant| names.contains(meant)) {
-            return Some(format!("it is called `{own}` here"));
+            let instead = Some((name.to_owned(), (*own).to_owned()));
+            return Some(Advice { said: format!("it is called `{own}` here"), instead });
         }
         // The argument may be one of a part that the call takes.
         let decl = self.registry().decl(owner);
@@ -36,7 +37,10 @@ impl Library<'_> {
                 .take(4)
                 .collect()
         });
-        if owners.is_empty() { nearest } else { Some(format!("write it as {}", owners.join(", "))) }
+        if owners.is_empty() {
+            return nearest;
+        }
+        Some(format!("write it as {}", owners.join(", ")).into())
     }
 
     /// The parts that a call can be given, however deep.

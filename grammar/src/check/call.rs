@@ -10,7 +10,7 @@ use super::expr::At;
 use super::value::{Fit, Val, coerce, fit, nothing};
 use crate::ast::{self, ItemKind, Name};
 use crate::ir::Desc;
-use crate::{Code, Diagnostic, Span, suggest};
+use crate::{Advice, Code, Diagnostic, Span, suggest};
 
 /// Arguments as written: a name where one is given, and the expression.
 pub(super) type Written<'a> = [(Option<Name>, ast::Expr)];
@@ -64,12 +64,12 @@ impl<'a> Checker<'a> {
         let known: Vec<&str> =
             self.library.registry().decls().map(|decl| decl.name).chain(functions).collect();
         let help = if value {
-            Some(format!("`{}` is a value: use it without parentheses", name.value))
+            Some(format!("`{}` is a value: use it without parentheses", name.value).into())
         } else {
             call_help(&name.value)
-                .map(str::to_owned)
+                .map(Advice::from)
                 .or_else(|| suggest(&name.value, known))
-                .or_else(|| Some("`ivx ops` lists what there is".to_owned()))
+                .or_else(|| Some("`ivx ops` lists what there is".into()))
         };
         let message = format!("no operation, part or function is called `{}`", name.value);
         let fault = Diagnostic::new(Code::UnknownCall, name.span, message, "not known");

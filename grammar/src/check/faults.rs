@@ -54,7 +54,13 @@ impl Faults {
             diagnostics.truncate(MOST_FAULTS);
             let (code, message) =
                 (diagnostics[0].code, format!("there is more: the first {MOST_FAULTS} are told"));
-            diagnostics.push(Diagnostic { code, message, labels: Vec::new(), help: None });
+            diagnostics.push(Diagnostic {
+                code,
+                message,
+                labels: Vec::new(),
+                help: None,
+                instead: None,
+            });
         }
         diagnostics
     }

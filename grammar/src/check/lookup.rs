@@ -6,6 +6,7 @@ use ivx_op::{Lit, Role, Ty};
 
 use super::Checker;
 use super::expr::At;
+use super::look::Seen;
 use super::scope::name_of;
 use super::value::Val;
 use crate::ast::{Item, ItemKind, Name};
@@ -28,6 +29,8 @@ pub(super) struct Names<'a> {
     circles: BTreeSet<BTreeSet<Span>>,
     /// Names that expressions used, by where they are declared.
     used: BTreeSet<Span>,
+    /// What names stood for when they were first evaluated.
+    seen: BTreeMap<Span, Seen>,
 }
 
 impl<'a> Names<'a> {
@@ -68,6 +71,18 @@ impl<'a> Names<'a> {
     /// Whether a name is being evaluated.
     pub(super) fn is_active(&self, declared: &Name) -> bool {
         self.active.iter().any(|active| active.span == declared.span)
+    }
+
+    /// What names stood for, by where they are declared.
+    pub(super) fn seen(&self) -> &BTreeMap<Span, Seen> {
+        &self.seen
+    }
+
+    /// Notes what a name stands for, and what its nodes are called.
+    fn see(&mut self, declared: Span, value: &Val, axis: Option<AxisId>, address: String) {
+        let value = value.clone();
+        let seen = self.seen.entry(declared).or_insert(Seen { value, axis, addresses: Vec::new() });
+        seen.addresses.push(address);
     }
 
     /// Whether an expression used what is declared at a place.
@@ -191,6 +206,7 @@ impl<'a> Checker<'a> {
         }
         self.names.begin(declared);
         let inner = At::new(scope, format!("{}/{}", self.owner(scope), declared.value));
+        let address = inner.address.clone();
         let value = match &item.kind {
             ItemKind::Param { name, ty, value } => self.param(scope, &name.value, ty, value),
             ItemKind::Axis { name, fields, values } => self
@@ -213,6 +229,11 @@ impl<'a> Checker<'a> {
         };
         self.names.end();
         self.names.memo.insert(declared.span, value.clone());
+        let axis = match item.kind {
+            ItemKind::Axis { .. } => self.axes.declared(scope, &declared.value),
+            _ => None,
+        };
+        self.names.see(declared.span, &value, axis, address);
         value
     }
 

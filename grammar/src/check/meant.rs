@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use ivx_op::Lit;
 
 use crate::ir::Coord;
-use crate::suggest;
+use crate::{Advice, suggest};
 
 /// The places along an axis that some labels mean.
 pub(super) struct Meant {
@@ -66,7 +66,7 @@ impl Meant {
 }
 
 /// Which labels there are: a number is no misspelling of another.
-pub(super) fn labels_help(label: &Lit, coords: &[Coord]) -> Option<String> {
+pub(super) fn labels_help(label: &Lit, coords: &[Coord]) -> Option<Advice> {
     let numeric = coords.iter().all(|coord| coord.label.parse::<f64>().is_ok());
     let known = || coords.iter().map(|coord| coord.label.as_str());
     if !numeric && matches!(label, Lit::Text(_)) {
@@ -81,7 +81,7 @@ pub(super) fn labels_help(label: &Lit, coords: &[Coord]) -> Option<String> {
         }
         all => all.iter().map(|coord| show(&coord.label)).collect(),
     };
-    Some(format!("its labels are {}", shown.join(", ")))
+    Some(format!("its labels are {}", shown.join(", ")).into())
 }
 
 /// At most so many labels are listed.

@@ -24,6 +24,7 @@ mod group;
 mod labels;
 mod library;
 mod lint;
+mod look;
 mod lookup;
 mod maths;
 mod meant;
@@ -59,6 +60,7 @@ use axes::Axes;
 use budget::Budget;
 use faults::Faults;
 use library::Library;
+pub use look::{Look, Value, look};
 use lookup::Names;
 use param::Params;
 use program::Program;
@@ -115,6 +117,11 @@ pub fn check(
     registry: &Registry,
     settings: &Settings,
 ) -> (Spec, Vec<Diagnostic>) {
+    let Look { spec, diagnostics, .. } = checked(project, registry, settings);
+    (spec, diagnostics)
+}
+
+fn checked(project: &Project, registry: &Registry, settings: &Settings) -> Look {
     let mut diagnostics = Vec::new();
     let scopes = Scopes::of(project, &mut diagnostics);
     let mut faults = Faults::new(diagnostics);
@@ -141,6 +148,7 @@ pub fn check(
         checker.unused();
         checker.shared_streams();
     }
+    let values = checker.told_values();
     let Checker { program, faults, shapes, .. } = checker;
     let mut spec = program.done();
     let op = |id: ExprId| {
@@ -148,7 +156,7 @@ pub fn check(
         expr.is_some_and(|expr| matches!(expr.kind, ExprKind::Op(_)))
     };
     spec.shapes = shapes.known(op);
-    (spec, faults.told())
+    Look { spec, diagnostics: faults.told(), values }
 }
 
 /// Whether a program with these diagnostics can run.

@@ -196,7 +196,7 @@ impl<'a> Checker<'a> {
         let known: Vec<String> =
             self.program.names(axes).into_iter().chain(dims.iter().cloned()).collect();
         let help = if known.is_empty() {
-            Some("it varies over nothing".to_owned())
+            Some("it varies over nothing".into())
         } else {
             suggest(named.name, known.iter().map(String::as_str))
         };

@@ -9,7 +9,7 @@ use super::value::{Fit, Val, coerce, fit};
 use super::{Checker, Settings};
 use crate::ast::{Expr, Item, ItemKind, Name, TyExpr};
 use crate::ir::{Desc, Param};
-use crate::{Code, Diagnostic, Span, deviations, suggest};
+use crate::{Advice, Code, Diagnostic, Span, deviations, suggest};
 
 /// Who sets parameters, and to what.
 pub(super) struct Params<'a> {
@@ -87,7 +87,8 @@ impl<'a> Checker<'a> {
                 }
                 _ => {
                     let help = format!("say which: {}", matching.join(", "));
-                    self.unplaced(format!("several parameters are called `{set}`"), Some(help));
+                    let message = format!("several parameters are called `{set}`");
+                    self.unplaced(message, Some(help.into()));
                 }
             }
         }
@@ -139,8 +140,10 @@ impl<'a> Checker<'a> {
         (0..self.scopes.all.len()).any(|scope| self.scopes.lost(scope, name))
     }
 
-    pub(super) fn unplaced(&mut self, message: String, help: Option<String>) {
-        self.fault(Diagnostic { code: Code::UnknownParameter, message, labels: Vec::new(), help });
+    pub(super) fn unplaced(&mut self, message: String, help: Option<Advice>) {
+        let (code, labels) = (Code::UnknownParameter, Vec::new());
+        let fault = Diagnostic { code, message, labels, help: None, instead: None };
+        self.fault(fault.maybe_help(help));
     }
 
     /// The value of one parameter.
@@ -260,7 +263,7 @@ impl<'a> Checker<'a> {
                 let help = suggest(name, known).or_else(|| {
                     Some(
                         "write `Bool`, `Int`, `Float`, `Str`, `List<..>` or a family of parts"
-                            .to_owned(),
+                            .into(),
                     )
                 });
                 let message = format!("no type is written `{name}` here");

@@ -112,7 +112,7 @@ impl<'a> Checker<'a> {
         let label = if known.clone().next().is_none() { "not a record" } else { "no such field" };
         let all: Vec<String> = known.clone().map(|field| format!("`{field}`")).collect();
         let help = suggest(&name.value, known)
-            .or_else(|| (!all.is_empty()).then(|| format!("it has {}", all.join(", "))));
+            .or_else(|| (!all.is_empty()).then(|| format!("it has {}", all.join(", ")).into()));
         let fault = Diagnostic::new(Code::UnknownName, name.span, message, label);
         self.fault(fault.maybe_help(help))
     }

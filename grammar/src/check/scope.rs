@@ -26,7 +26,7 @@ pub(crate) struct Scope<'a> {
     /// What addresses begin with: the file's stem or the experiment's name.
     pub(super) name: String,
     /// The item that declares an experiment.
-    pub(super) item: Option<&'a Item>,
+    pub(crate) item: Option<&'a Item>,
     /// The scope around this one.
     pub(super) parent: Option<usize>,
     /// What is declared here, by name.
@@ -112,7 +112,7 @@ impl<'a> Scopes<'a> {
     }
 
     /// Every name that can be used in `scope`.
-    pub(super) fn known(&self, scope: usize) -> Vec<&'a str> {
+    pub(crate) fn known(&self, scope: usize) -> Vec<&'a str> {
         let here = &self.all[scope];
         let values = |(name, item): (&&'a str, &&Item)| {
             (!matches!(item.kind, ItemKind::Experiment { .. })).then_some(*name)

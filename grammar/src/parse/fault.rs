@@ -2,7 +2,7 @@
 
 use super::habit::{self, Habit};
 use super::{Rule, scan, span};
-use crate::{Code, Diagnostic, suggest};
+use crate::{Advice, Code, Diagnostic, suggest};
 use pest::error::{Error, ErrorVariant, InputLocation};
 
 /// A fault of syntax.
@@ -12,7 +12,7 @@ pub(super) struct Fault {
     end: usize,
     message: String,
     label: String,
-    help: Option<String>,
+    help: Option<Advice>,
     /// A bracket on another line that is still open here.
     opened: Option<usize>,
     /// Where to read on, if that is not the next item.
@@ -41,7 +41,7 @@ impl Fault {
     /// A habit of other languages.
     fn habit(habit: Habit) -> Self {
         let Habit { start, end, message, help, resume, keeps } = habit;
-        let (label, help) = ("not written so here".to_owned(), Some(help));
+        let (label, help) = ("not written so here".to_owned(), Some(help.into()));
         Self { place: start, end, message, label, help, opened: None, resume, spoils: !keeps }
     }
 
@@ -73,12 +73,16 @@ impl Fault {
             return plain("this `}` closes nothing".to_owned()).label("no block is open");
         }
         let word = found.starts_with(|c: char| c.is_ascii_alphabetic());
-        let near = suggest(found, scan::ITEM_WORDS).filter(|help| help.starts_with("did you"));
+        let near = suggest(found, scan::ITEM_WORDS).filter(Advice::is_near);
         let declares = scan::names_something(text, place + found.len());
         if let Some(habit) = habit::item(text, place).filter(|_| near.is_none() || !declares) {
             return Self { spoils: true, ..Self::habit(habit) };
         }
-        let help = if word { suggest(found, scan::ITEM_WORDS) } else { foreign_character(found) };
+        let help = if word {
+            suggest(found, scan::ITEM_WORDS)
+        } else {
+            foreign_character(found).map(Advice::from)
+        };
         plain(format!("expected an item, found {}", shown(found)))
             .label("no item begins so")
             .help(help)
@@ -104,8 +108,8 @@ impl Fault {
         Self { label: label.into(), ..self }
     }
 
-    fn help(self, help: Option<String>) -> Self {
-        Self { help, ..self }
+    fn help(self, help: Option<impl Into<Advice>>) -> Self {
+        Self { help: help.map(Into::into), ..self }
     }
 }
 

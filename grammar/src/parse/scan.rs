@@ -20,6 +20,13 @@ pub(crate) const ITEM_WORDS: [&str; 13] = [
     "use",
 ];
 
+/// Whether a text can be the name of something.
+#[must_use]
+pub fn is_name(text: &str) -> bool {
+    let begins = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    begins && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') && !is_reserved(text)
+}
+
 /// Whether `word` cannot be a name.
 pub(crate) fn is_reserved(word: &str) -> bool {
     ITEM_WORDS.contains(&word) || ["as", "false", "match", "true"].contains(&word)
@@ -132,14 +139,14 @@ fn string_length(rest: &[u8]) -> usize {
 }
 
 /// A token and whether it is the first on its line.
-struct Token<'t> {
-    start: usize,
-    text: &'t str,
-    first: bool,
+pub(crate) struct Token<'t> {
+    pub(crate) start: usize,
+    pub(crate) text: &'t str,
+    pub(crate) first: bool,
 }
 
 /// The tokens from `from` on.
-fn tokens(text: &str, from: usize) -> impl Iterator<Item = Token<'_>> {
+pub(crate) fn tokens(text: &str, from: usize) -> impl Iterator<Item = Token<'_>> {
     let mut at = from;
     std::iter::from_fn(move || {
         let Gap { next: start, newline: first, .. } = gap(text, at);
@@ -198,7 +205,7 @@ pub(super) fn unclosed(text: &str, from: usize, to: usize) -> Result<Vec<usize>,
 }
 
 /// Whether a token is a word or a number.
-pub(super) fn is_word(token: &str) -> bool {
+pub(crate) fn is_word(token: &str) -> bool {
     token.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_')
 }
 
@@ -229,7 +236,7 @@ pub(super) fn stretch_end(text: &str, start: usize, inside: bool) -> usize {
 }
 
 /// Whether a name or a string comes next.
-pub(super) fn names_something(text: &str, from: usize) -> bool {
+pub(crate) fn names_something(text: &str, from: usize) -> bool {
     let begins = |next: u8| next.is_ascii_alphabetic() || next == b'_' || next == b'"';
     next_byte(text, from).is_some_and(begins)
 }

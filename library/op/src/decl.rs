@@ -81,6 +81,17 @@ pub struct Decl {
     pub shapes: Option<ShapeRule>,
 }
 
+impl Decl {
+    /// The family of a part.
+    #[must_use]
+    pub fn family(&self) -> Option<&'static str> {
+        match self.role {
+            Role::Part(family) => Some(family),
+            _ => None,
+        }
+    }
+}
+
 /// What a declared thing is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {

@@ -191,7 +191,7 @@ fn unknown(word: &str, root: &Path, runs: &[Run], err: &mut dyn Write) -> io::Re
     let folders = named(&root.join("results")).unwrap_or_default();
     let folders = folders.into_iter().map(|name| format!("results/{name}"));
     let known: Vec<String> = folders.chain(runs.iter().map(|run| run.name.clone())).collect();
-    let help = suggest(word, known.iter().map(String::as_str));
+    let help = suggest(word, known.iter().map(String::as_str)).map(String::from);
     let help = help.unwrap_or_else(|| "`ivx runs` lists runs".to_owned());
     let said = format!("`{word}` is no path, no run and no git revision: {help}");
     writeln!(err, "error: {}", visible(&said))
