@@ -114,6 +114,11 @@ Examples: ivx show 3f2a
     /// Say what the cache holds, and mend or empty it.
     #[command(subcommand, after_help = "Example: ivx cache stats")]
     Cache(Cache),
+    /// Serve an editor: faults, names and verdicts while a spec is written.
+    #[command(after_help = "\
+Editors start it and speak with it over standard input and output, in the Language Server Protocol: `editors/README.md`
+says how for VS Code, Neovim, Helix and others.")]
+    Lsp,
     /// Write a small spec to begin with.
     #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
     New(New),

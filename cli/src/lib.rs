@@ -10,6 +10,7 @@ mod events;
 mod found;
 mod history;
 mod load;
+mod lsp;
 mod machine;
 mod place;
 mod progress;
@@ -85,6 +86,7 @@ pub fn run(
         Command::Standing(args) => command::standing(args, out, err),
         Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
+        Command::Lsp => lsp::lsp(),
     };
     match done {
         Ok(code) => code,

@@ -33,11 +33,22 @@ pub(crate) struct Loaded {
 /// # Errors
 /// If the spec itself cannot be read. Other files that cannot are diagnostics.
 pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> {
+    load_open(spec, registry, &Texts::new())
+}
+
+/// Texts that count instead of those on the disk, by the path with its links resolved.
+pub(crate) type Texts = BTreeMap<PathBuf, String>;
+
+/// The same, where some files are open in an editor.
+pub(crate) fn load_open(spec: &Path, registry: &Registry, open: &Texts) -> Result<Loaded, Trouble> {
     let unread = |error: std::io::Error| {
         let (path, why) = (spec.display().to_string(), no_spec(spec, &error));
         Trouble::Spec { path, why }
     };
-    let path = fs::canonicalize(spec).map_err(unread)?;
+    let path = match open.get(spec) {
+        Some(_) => spec.to_owned(),
+        None => fs::canonicalize(spec).map_err(unread)?,
+    };
     let root = project::root(&path);
     let mut loader = Loader {
         loaded: Loaded {
@@ -47,11 +58,12 @@ pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> 
             spec: path.clone(),
         },
         registry,
+        texts: open,
         search: std::env::var_os("PATH").unwrap_or_default(),
         known: BTreeMap::new(),
         open: Vec::new(),
     };
-    let text = source::text(&path).map_err(unread)?;
+    let text = loader.read(&path).map_err(unread)?;
     loader.file(&path, text);
     loader.outside();
     Ok(loader.loaded)
@@ -60,6 +72,7 @@ pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> 
 struct Loader<'a> {
     loaded: Loaded,
     registry: &'a Registry,
+    texts: &'a Texts,
     /// Where programs are looked for.
     search: OsString,
     known: BTreeMap<PathBuf, usize>,
@@ -161,9 +174,14 @@ impl Loader<'_> {
         }
     }
 
-    /// The text of the file at `path`.
+    /// What the file at `path` says.
+    fn read(&self, path: &Path) -> std::io::Result<String> {
+        self.texts.get(path).map_or_else(|| source::text(path), |text| Ok(text.clone()))
+    }
+
+    /// The text of the file at `path`, which the spec calls so.
     fn text(&mut self, path: &Path, name: &Spanned<String>) -> Option<String> {
-        let text = source::text(path).map_err(|error| unread(name, &error, None));
+        let text = self.read(path).map_err(|error| unread(name, &error, None));
         text.map_err(|fault| self.loaded.diagnostics.push(fault)).ok()
     }
 
@@ -303,5 +321,5 @@ fn near(wanted: &Path, name: &str) -> Option<String> {
     // One that is there and cannot be read is not meant otherwise.
     let known = files.filter(is_alike).map(join).filter(|known| known != name);
     let known: Vec<String> = known.collect();
-    suggest(name, known.iter().map(String::as_str))
+    suggest(name, known.iter().map(String::as_str)).map(String::from)
 }

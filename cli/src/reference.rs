@@ -79,7 +79,8 @@ pub(crate) fn body(decl: &Decl) -> String {
     text
 }
 
-fn argument(arg: &ArgDecl) -> String {
+/// What is said of an argument, as an item of a list.
+pub(crate) fn argument(arg: &ArgDecl) -> String {
     let mut text = format!("- `{}: {}`", arg.name, arg.kind);
     for (i, line) in arg.docs.trim().lines().map(str::trim).enumerate() {
         text += if i == 0 { ": " } else { "\n  " };

@@ -53,6 +53,7 @@ pub(crate) use plan::plan;
 pub(crate) use runs::runs;
 pub(crate) use show::show;
 pub(crate) use standing::standing;
+pub(crate) use summary::{bracketed, difference};
 pub(crate) use verify::verify;
 pub(crate) use why::why;
 

@@ -88,7 +88,7 @@ pub(super) fn executed(run: &Account<'_>, out: &mut dyn Write) -> io::Result<()>
 }
 
 /// Notes on a claim, behind what is said of it.
-pub(super) fn bracketed(notes: &[String]) -> String {
+pub(crate) fn bracketed(notes: &[String]) -> String {
     if notes.is_empty() { String::new() } else { format!("  [{}]", notes.join("; ")) }
 }
 
@@ -124,7 +124,8 @@ fn claim(words: &str, claim: &Claim, out: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn difference(finding: &Finding) -> String {
+/// What was found, behind what is said of it.
+pub(crate) fn difference(finding: &Finding) -> String {
     let n = finding.n;
     match &finding.shown()[..] {
         [estimate, low, high] => {

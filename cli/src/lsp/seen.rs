@@ -1,0 +1,101 @@
+//! What is known of a spec as it stands in the editor.
+
+use std::path::{Path, PathBuf};
+
+use ivx_grammar::ast::{Ast, Item, ItemKind};
+use ivx_grammar::check::{Look, Settings, Value, look, runs};
+use ivx_grammar::{Diagnostic, Means, Mention, Severity, Span, mentions};
+use ivx_op::Registry;
+
+use super::text::Text;
+use crate::Trouble;
+use crate::load::{Loaded, Texts, load_open};
+
+/// A spec, checked.
+pub(super) struct Seen {
+    pub(super) loaded: Loaded,
+    pub(super) look: Look,
+    /// What is named, in order of place.
+    pub(super) mentions: Vec<Mention>,
+    /// What is wrong with its texts and with what they say.
+    pub(super) faults: Vec<Diagnostic>,
+    /// Where its files lie, the spec first.
+    pub(super) paths: Vec<PathBuf>,
+    /// Their texts.
+    pub(super) texts: Vec<Text>,
+}
+
+/// Reads and checks a spec.
+///
+/// - `open`: the texts of files that are open in the editor.
+pub(super) fn see(path: &Path, open: &Texts, registry: &Registry) -> Result<Seen, Trouble> {
+    let loaded = load_open(path, registry, open)?;
+    let look = look(&loaded.project, registry, &Settings::default());
+    let mentions = mentions(&loaded.project, registry);
+    // Of text that does not read, warnings would be noise.
+    let whole = runs(&loaded.diagnostics);
+    let found = look.diagnostics.iter();
+    let found = found.filter(|fault| whole || fault.code.severity() == Severity::Error);
+    let faults = loaded.diagnostics.iter().chain(found).cloned().collect();
+    let files = &loaded.project.files;
+    let paths = files.iter().map(|file| loaded.root.join(&file.path)).collect();
+    let texts = files.iter().map(|file| Text::new(file.text.clone())).collect();
+    Ok(Seen { loaded, look, mentions, faults, paths, texts })
+}
+
+impl Seen {
+    /// What the spec's own text says.
+    pub(super) fn text(&self) -> &Text {
+        &self.texts[0]
+    }
+
+    pub(super) fn ast(&self) -> &Ast {
+        &self.loaded.project.files[0].ast
+    }
+
+    /// Whether it can run.
+    pub(super) fn runs(&self) -> bool {
+        runs(&self.faults)
+    }
+
+    /// What is named in the spec's own text at a byte, or just before it.
+    pub(super) fn mention(&self, at: usize) -> Option<&Mention> {
+        let own = self.mentions.iter().filter(|mention| mention.span.file == 0);
+        let mut there = own.filter(|mention| holds(mention.span, at));
+        there.next_back()
+    }
+
+    /// What the name that is declared at a place stands for.
+    pub(super) fn value(&self, declared: Span) -> Option<&Value> {
+        self.look.values.get(&declared)
+    }
+
+    /// The item that declares the name at a place, and the name of the experiment around it.
+    pub(super) fn item(&self, declared: Span) -> Option<(&Item, Option<&str>)> {
+        let file = self.loaded.project.files.get(declared.file as usize)?;
+        let holds =
+            |item: &&Item| item.span.start <= declared.start && declared.end <= item.span.end;
+        let item = file.ast.items.iter().find(holds)?;
+        match &item.kind {
+            ItemKind::Experiment { name, items } if name.span != declared => {
+                Some((items.iter().find(holds)?, Some(&name.value)))
+            }
+            _ => Some((item, None)),
+        }
+    }
+
+    /// Where a label of an axis is declared, if it is written.
+    pub(super) fn label(&self, axis: Span, label: &str) -> Option<Span> {
+        let mut own = self
+            .mentions
+            .iter()
+            .filter(|mention| mention.span.file == axis.file && mention.span.start > axis.start);
+        let same = |mention: &&Mention| matches!(&mention.means, Means::Label(of, text) if *of == axis && text == label);
+        own.find(same).map(|mention| mention.span)
+    }
+}
+
+/// Whether a byte lies in a stretch or just behind it.
+pub(super) fn holds(span: Span, at: usize) -> bool {
+    span.start as usize <= at && at <= span.end as usize
+}

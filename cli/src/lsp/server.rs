@@ -1,0 +1,419 @@
+//! The loop: what the editor says and asks, and what it is told.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use crossbeam_channel::{Receiver, Sender, TryRecvError, select};
+use gen_lsp_types as lsp;
+use ivx_grammar::format;
+use ivx_library::registry;
+use ivx_op::Registry;
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use super::complete::complete;
+use super::faults::{actions, faults};
+use super::hints::{hints, lenses};
+use super::hover::hover;
+use super::known::{Known, Question, answers};
+use super::names::{definition, references, rename, renamed};
+use super::outline::{KINDS, MODIFIERS, folds, symbols, tokens};
+use super::seen::{Seen, see};
+use super::text::{Text, Units};
+use super::{path, uri};
+use crate::load::Texts;
+use crate::project;
+
+/// What goes wrong between server and editor.
+type Broken = Box<dyn std::error::Error + Send + Sync>;
+
+/// Serves until the editor shuts down, or is gone.
+pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
+    let (id, params) = connection.initialize_start()?;
+    let params: lsp::InitializeParams = serde_json::from_value(params)?;
+    let offered = params.capabilities.general.as_ref();
+    let offered = offered.and_then(|general| general.position_encodings.as_deref());
+    let units = Units::agreed(offered);
+    let version = env!("CARGO_PKG_VERSION");
+    let about = json!({ "name": "ivx", "version": version });
+    let told = json!({ "capabilities": capabilities(units), "serverInfo": about });
+    connection.initialize_finish(id, told)?;
+    let watches = params.capabilities.workspace.as_ref().is_some_and(|workspace| {
+        let watched = workspace.did_change_watched_files.as_ref();
+        watched.and_then(|watched| watched.dynamic_registration) == Some(true)
+    });
+    let (ask, told) = answers();
+    let mut server = Server {
+        sender: &connection.sender,
+        registry: registry(),
+        units,
+        open: BTreeMap::new(),
+        seen: BTreeMap::new(),
+        known: BTreeMap::new(),
+        unknown: Known::default(),
+        changed: BTreeSet::new(),
+        told_of: BTreeMap::new(),
+        ask,
+    };
+    if watches {
+        server.watch()?;
+    }
+    server.run(connection, &told)
+}
+
+/// What the server can do.
+fn capabilities(units: Units) -> lsp::ServerCapabilities {
+    let legend = lsp::SemanticTokensLegend {
+        token_types: KINDS.map(str::to_owned).into(),
+        token_modifiers: MODIFIERS.map(str::to_owned).into(),
+    };
+    let words = |words: &[&str]| Some(words.iter().map(ToString::to_string).collect());
+    lsp::ServerCapabilities {
+        position_encoding: Some(units.kind()),
+        text_document_sync: Some(
+            lsp::TextDocumentSyncOptions {
+                open_close: Some(true),
+                change: Some(lsp::TextDocumentSyncKind::Incremental),
+                save: Some(true.into()),
+                ..lsp::TextDocumentSyncOptions::default()
+            }
+            .into(),
+        ),
+        completion_provider: Some(lsp::CompletionOptions {
+            trigger_characters: words(&["(", "[", "\"", ".", ":", ",", "/"]),
+            ..lsp::CompletionOptions::default()
+        }),
+        hover_provider: Some(true.into()),
+        definition_provider: Some(true.into()),
+        references_provider: Some(true.into()),
+        document_symbol_provider: Some(true.into()),
+        code_action_provider: Some(true.into()),
+        code_lens_provider: Some(lsp::CodeLensOptions::default()),
+        document_formatting_provider: Some(true.into()),
+        rename_provider: Some(
+            lsp::RenameOptions { prepare_provider: Some(true), ..lsp::RenameOptions::default() }
+                .into(),
+        ),
+        folding_range_provider: Some(true.into()),
+        semantic_tokens_provider: Some(
+            lsp::SemanticTokensOptions {
+                legend,
+                full: Some(true.into()),
+                ..lsp::SemanticTokensOptions::default()
+            }
+            .into(),
+        ),
+        inlay_hint_provider: Some(true.into()),
+        ..lsp::ServerCapabilities::default()
+    }
+}
+
+/// A text in the editor.
+struct Open {
+    /// As the editor calls it.
+    uri: lsp::Uri,
+    version: i32,
+    text: Text,
+}
+
+struct Server<'c> {
+    sender: &'c Sender<Message>,
+    registry: Registry,
+    units: Units,
+    /// By the path with its links resolved.
+    open: BTreeMap<PathBuf, Open>,
+    /// What is known of each text that is open.
+    seen: BTreeMap<PathBuf, Seen>,
+    known: BTreeMap<PathBuf, Known>,
+    /// Of what was not answered yet.
+    unknown: Known,
+    /// The texts that are to be checked again.
+    changed: BTreeSet<PathBuf>,
+    /// What the editor was told to be wrong with each file.
+    told_of: BTreeMap<PathBuf, Vec<lsp::Diagnostic>>,
+    ask: Sender<Question>,
+}
+
+impl Server<'_> {
+    fn run(
+        &mut self,
+        connection: &Connection,
+        told: &Receiver<(PathBuf, Known)>,
+    ) -> Result<(), Broken> {
+        let receiver = &connection.receiver;
+        loop {
+            let message = if self.changed.is_empty() {
+                select! {
+                    recv(receiver) -> message => match message {
+                        Ok(message) => message,
+                        Err(_) => return Ok(()),
+                    },
+                    recv(told) -> known => {
+                        if let Ok((path, known)) = known {
+                            self.knows(path, known)?;
+                        }
+                        continue;
+                    }
+                }
+            } else {
+                match receiver.try_recv() {
+                    Ok(message) => message,
+                    Err(TryRecvError::Empty) => {
+                        self.check()?;
+                        continue;
+                    }
+                    Err(TryRecvError::Disconnected) => return Ok(()),
+                }
+            };
+            match message {
+                Message::Request(request) => {
+                    if connection.handle_shutdown(&request)? {
+                        return Ok(());
+                    }
+                    self.check()?;
+                    let response = self.answer(request);
+                    self.sender.send(response.into())?;
+                }
+                Message::Notification(note) => self.hear(note)?,
+                Message::Response(_) => {}
+            }
+        }
+    }
+
+    /// Asks to be told of files that other programs change.
+    fn watch(&self) -> Result<(), Broken> {
+        let watcher = |glob: &str| json!({ "globPattern": glob });
+        let watchers = [watcher("**/*.ivx"), watcher("**/results.ron")];
+        let registration = json!({ "registrations": [{
+            "id": "files",
+            "method": "workspace/didChangeWatchedFiles",
+            "registerOptions": { "watchers": watchers },
+        }] });
+        self.request("client/registerCapability", registration)
+    }
+
+    fn request(&self, method: &str, params: Value) -> Result<(), Broken> {
+        let id = method.to_owned().into();
+        let request = Request { id, method: method.to_owned(), params };
+        Ok(self.sender.send(request.into())?)
+    }
+
+    fn hear(&mut self, note: Notification) -> Result<(), Broken> {
+        match note.method.as_str() {
+            "textDocument/didOpen" => {
+                let lsp::DidOpenTextDocumentParams { text_document: own } =
+                    serde_json::from_value(note.params)?;
+                let Some(path) = path(&own.uri) else { return Ok(()) };
+                let path = project::real(&path);
+                let open = Open { uri: own.uri, version: own.version, text: Text::new(own.text) };
+                self.open.insert(path.clone(), open);
+                self.touch(&path);
+            }
+            "textDocument/didChange" => {
+                let lsp::DidChangeTextDocumentParams { text_document: own, content_changes } =
+                    serde_json::from_value(note.params)?;
+                let Some(path) = path(&own.text_document_identifier.uri) else { return Ok(()) };
+                let path = project::real(&path);
+                let Some(open) = self.open.get_mut(&path) else { return Ok(()) };
+                open.version = own.version;
+                for change in content_changes {
+                    let (range, with) = match change {
+                        lsp::TextDocumentContentChangeEvent::TextDocumentContentChangePartial(part) => {
+                            (Some(part.range), part.text)
+                        }
+                        lsp::TextDocumentContentChangeEvent::TextDocumentContentChangeWholeDocument(
+                            whole,
+                        ) => (None, whole.text),
+                    };
+                    open.text = std::mem::take(&mut open.text).edited(range, &with, self.units);
+                }
+                self.touch(&path);
+            }
+            "textDocument/didClose" => {
+                let lsp::DidCloseTextDocumentParams { text_document } =
+                    serde_json::from_value(note.params)?;
+                let Some(path) = path(&text_document.uri) else { return Ok(()) };
+                let path = project::real(&path);
+                self.touch(&path);
+                self.open.remove(&path);
+                self.seen.remove(&path);
+                self.known.remove(&path);
+                self.changed.remove(&path);
+                self.publish()?;
+            }
+            "textDocument/didSave" | "workspace/didChangeWatchedFiles" => {
+                self.changed.extend(self.open.keys().cloned());
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A file is another than it was: whoever reads it is checked again.
+    fn touch(&mut self, path: &Path) {
+        let reads = |seen: &Seen| seen.paths.iter().any(|own| own == path);
+        let readers = self.seen.iter().filter(|(_, seen)| reads(seen)).map(|(own, _)| own.clone());
+        self.changed.extend(readers);
+        if self.open.contains_key(path) {
+            self.changed.insert(path.to_owned());
+        }
+    }
+
+    fn texts(&self) -> Texts {
+        self.open.iter().map(|(path, open)| (path.clone(), open.text.text.clone())).collect()
+    }
+
+    /// Checks what has changed, and tells the editor.
+    fn check(&mut self) -> Result<(), Broken> {
+        if self.changed.is_empty() {
+            return Ok(());
+        }
+        let texts = self.texts();
+        for path in std::mem::take(&mut self.changed) {
+            // A text that cannot be read any more is seen as it was.
+            let Ok(seen) = see(&path, &texts, &self.registry) else { continue };
+            if seen.runs() {
+                self.ask.send(Question::of(path.clone(), &seen))?;
+            }
+            self.seen.insert(path, seen);
+        }
+        self.publish()
+    }
+
+    /// Tells what is wrong with each file, of which that is another than it was told to be.
+    fn publish(&mut self) -> Result<(), Broken> {
+        let mut all: BTreeMap<PathBuf, Vec<lsp::Diagnostic>> = BTreeMap::new();
+        for path in self.told_of.keys().chain(self.open.keys()) {
+            all.insert(path.clone(), Vec::new());
+        }
+        for seen in self.seen.values() {
+            for (path, faults) in faults(seen, self.units) {
+                let own = all.entry(path).or_default();
+                for fault in faults {
+                    if !own.contains(&fault) {
+                        own.push(fault);
+                    }
+                }
+            }
+        }
+        for (path, diagnostics) in &all {
+            if self.told_of.get(path) == Some(diagnostics) {
+                continue;
+            }
+            let open = self.open.get(path);
+            let told = lsp::PublishDiagnosticsParams {
+                uri: open.map_or_else(|| uri(path), |open| open.uri.clone()),
+                version: open.map(|open| open.version),
+                diagnostics: diagnostics.clone(),
+            };
+            self.tell("textDocument/publishDiagnostics", &told)?;
+        }
+        all.retain(|path, found| !found.is_empty() || self.open.contains_key(path));
+        self.told_of = all;
+        Ok(())
+    }
+
+    fn tell(&self, method: &str, params: &impl Serialize) -> Result<(), Broken> {
+        let note = Notification::new(method.to_owned(), params);
+        Ok(self.sender.send(note.into())?)
+    }
+
+    /// Something is known of a spec: what stands beside its text is shown anew.
+    fn knows(&mut self, path: PathBuf, known: Known) -> Result<(), Broken> {
+        if self.known.get(&path) == Some(&known) || !self.open.contains_key(&path) {
+            return Ok(());
+        }
+        self.known.insert(path, known);
+        self.request("workspace/inlayHint/refresh", Value::Null)
+    }
+
+    fn answer(&self, request: Request) -> Response {
+        let Request { id, method, params } = request;
+        match self.answered(&method, params) {
+            Ok(Some(result)) => Response::new_ok(id, result),
+            Ok(None) => {
+                let message = format!("`{method}` is not known here");
+                Response::new_err(id, ErrorCode::MethodNotFound as i32, message)
+            }
+            Err(why) => Response::new_err(id, ErrorCode::RequestFailed as i32, why),
+        }
+    }
+
+    /// The answer to a request; none where it is of no kind that is known.
+    fn answered(&self, method: &str, params: Value) -> Result<Option<Value>, String> {
+        let units = self.units;
+        // Of a text that is not open, nothing is known.
+        let uri = params.pointer("/textDocument/uri").or_else(|| params.get("uri"));
+        let own = uri.and_then(Value::as_str).and_then(|uri| path(&lsp::Uri(uri.to_owned())));
+        let own = own.map(|path| project::real(&path));
+        let seen = own.as_ref().and_then(|path| self.seen.get(path));
+        let known = own.as_ref().and_then(|path| self.known.get(path)).unwrap_or(&self.unknown);
+        let at = |seen: &Seen| -> Result<usize, String> {
+            let place = params.get("position").cloned().unwrap_or_default();
+            Ok(seen.text().offset(read(place)?, units))
+        };
+        let Some(seen) = seen else {
+            let is_known = method.starts_with("textDocument/") || method.starts_with("ivx/");
+            return Ok(is_known.then_some(Value::Null));
+        };
+        let found = match method {
+            "textDocument/hover" => written(&hover(seen, known, &self.registry, at(seen)?, units)),
+            "textDocument/completion" => written(&complete(seen, &self.registry, at(seen)?, units)),
+            "textDocument/definition" => written(&definition(seen, at(seen)?, units)),
+            "textDocument/references" => {
+                let texts = self.texts();
+                written(&references(seen, at(seen)?, &texts, &self.registry, units))
+            }
+            "textDocument/prepareRename" => written(&renamed(seen, at(seen)?, units)?),
+            "textDocument/rename" => {
+                let name = params.get("newName").and_then(Value::as_str).unwrap_or_default();
+                let texts = self.texts();
+                written(&rename(seen, at(seen)?, name, (&texts, &self.registry, units))?)
+            }
+            "textDocument/documentSymbol" => written(&symbols(seen, units)),
+            "textDocument/foldingRange" => written(&folds(seen, units)),
+            "textDocument/semanticTokens/full" => written(&tokens(seen, units)),
+            "textDocument/inlayHint" => written(&hints(seen, known, units)),
+            "textDocument/codeLens" => written(&lenses(seen, units)),
+            "textDocument/codeAction" => {
+                let range = params.get("range").cloned().unwrap_or_default();
+                written(&actions(seen, read(range)?, units))
+            }
+            "textDocument/formatting" => written(&formatted(seen, units)),
+            "ivx/report" => json!({ "path": known.report }),
+            _ => return Ok(None),
+        };
+        Ok(Some(found))
+    }
+}
+
+/// The text in its one layout, as one edit of what differs; of text that does not read, none.
+fn formatted(seen: &Seen, units: Units) -> Option<Vec<lsp::TextEdit>> {
+    let old = seen.text();
+    let new = format(&old.text).ok()?;
+    if new == old.text {
+        return Some(Vec::new());
+    }
+    // Lines that stay are left alone, and with them the cursor and what is folded.
+    let same = |pair: &(&str, &str)| pair.0 == pair.1;
+    let (before, after) = (old.text.split_inclusive('\n'), new.split_inclusive('\n'));
+    let start: usize =
+        before.clone().zip(after.clone()).take_while(same).map(|(line, _)| line.len()).sum();
+    let (rest, other) = (&old.text[start..], &new[start..]);
+    let ends = rest.split_inclusive('\n').rev().zip(other.split_inclusive('\n').rev());
+    let end: usize = ends.take_while(same).map(|(line, _)| line.len()).sum();
+    let range =
+        lsp::Range::new(old.position(start, units), old.position(old.text.len() - end, units));
+    let with = other[..other.len() - end].to_owned();
+    Some(vec![lsp::TextEdit::new(range, with)])
+}
+
+fn read<T: DeserializeOwned>(value: Value) -> Result<T, String> {
+    serde_json::from_value(value).map_err(|error| error.to_string())
+}
+
+fn written(found: &impl Serialize) -> Value {
+    serde_json::to_value(found).unwrap_or_default()
+}
