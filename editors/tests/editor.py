@@ -12,6 +12,8 @@ IVX = os.environ["IVX"]
 async def start(client: str, *roots):
     """An editor with the capabilities of another, in which these folders are open."""
     server = await ClientServerConfig(server_command=[IVX, "lsp"]).start()
+    for asked in (t.CLIENT_REGISTER_CAPABILITY, t.WORKSPACE_INLAY_HINT_REFRESH):
+        server.feature(asked)(lambda *_: None)
     folders = [t.WorkspaceFolder(uri=root.as_uri(), name=root.name) for root in roots]
     answer = await server.initialize_session(t.InitializeParams(
         capabilities=client_capabilities(client),
@@ -57,6 +59,11 @@ class Editor:
         """Waits until a file has faults, of whatever code."""
         return await self.wait(path, bool, "any")
 
+    def changed(self, path):
+        """Tells that another program wrote a file."""
+        change = t.FileEvent(uri=path.as_uri(), type=t.FileChangeType.Changed)
+        self.server.workspace_did_change_watched_files(t.DidChangeWatchedFilesParams([change]))
+
     async def wait(self, path, until, expected, seconds=10):
         for _ in range(seconds * 50):
             found = self.server.diagnostics.get(path.as_uri())
@@ -100,6 +107,17 @@ class Editor:
         encoding = getattr(encoding, "value", encoding)
         return len(text.encode(encoding.replace("-16", "-16-le").replace("-32", "-32-le"))) // (
             {"utf-8": 1, "utf-16": 2, "utf-32": 4}[encoding])
+
+
+async def until(what, ask, holds, seconds=10):
+    """Asks until an answer holds: what nodes and results there are is found out beside the editor's work."""
+    answer = None
+    for _ in range(seconds * 20):
+        answer = await ask()
+        if holds(answer):
+            return answer
+        await asyncio.sleep(0.05)
+    raise AssertionError(f"{what}: {answer}")
 
 
 def document(path):

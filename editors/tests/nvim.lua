@@ -82,7 +82,7 @@ go("ke =")
 vim.lsp.buf.rename("doubt")
 wait("the rename", function() return vim.api.nvim_get_current_line():find("axis doubt =", 1, true) end)
 local renamed = table.concat(vim.api.nvim_buf_get_lines(0, 0, -1, true), "\n")
-assert(renamed:find("ke: doubt,", 1, true), renamed)
+assert(renamed:find("ke: doubt,", 1, true) and renamed:find('cost[doubt: "WCM"]', 1, true), renamed)
 print("ok: rename")
 vim.api.nvim_buf_set_lines(0, 0, -1, true, good)
 

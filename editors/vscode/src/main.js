@@ -2,25 +2,22 @@
 const vscode = require("vscode");
 const { LanguageClient } = require("vscode-languageclient/node");
 const { missing } = require("./ivx");
-const { followReports, openReport } = require("./report");
+const { openReport, readAgain } = require("./report");
 const { run } = require("./run");
 const { showWhy, whyText, WHY } = require("./why");
 
-let client, files;
+let client;
 
 exports.activate = async (context) => {
   const { registerCommand } = vscode.commands;
-  // A spec is checked against the specs and tables that it names, and its verdicts are read from results.
-  files = vscode.workspace.createFileSystemWatcher("**/*.{ivx,ron}");
   context.subscriptions.push(
-    files,
     registerCommand("ivx.run", (spec, ...names) => run(of(spec), ...names)),
     registerCommand("ivx.why", (spec, node) => showWhy(of(spec), node)),
     registerCommand("ivx.report", (spec) => openReport(of(spec), client)),
     registerCommand("ivx.restart", restart),
     vscode.workspace.registerTextDocumentContentProvider(WHY, whyText),
     vscode.workspace.onDidChangeConfiguration((e) => e.affectsConfiguration("ivx.path") && restart()),
-    followReports(),
+    vscode.tasks.onDidEndTaskProcess(ended),
   );
   await start();
 };
@@ -41,7 +38,7 @@ async function start() {
     "ivx",
     "ivx",
     { command: path, args: ["lsp"] },
-    { documentSelector: [{ language: "ivx", scheme: "file" }], synchronize: { fileEvents: files } },
+    { documentSelector: [{ language: "ivx", scheme: "file" }] },
   );
   // The client tells of its own why it does not start. Running a spec does not need it.
   await client.start().catch(() => undefined);
@@ -56,6 +53,15 @@ async function stop() {
 async function restart() {
   await stop();
   await start();
+}
+
+/** After a run that ended well its report is read again, and the server hears of results, wherever they lie. */
+function ended({ execution, exitCode }) {
+  const { type, spec } = execution.task.definition;
+  if (type !== "ivx" || exitCode !== 0) return;
+  const uri = vscode.Uri.file(spec).toString();
+  readAgain(uri);
+  client?.sendNotification("workspace/didChangeWatchedFiles", { changes: [{ uri, type: 2 }] }).catch(() => undefined);
 }
 
 // Not awaited: nothing waits for what a person answers.

@@ -40,12 +40,7 @@ exports.openReport = async (spec, client) => {
   await read();
 };
 
-/** Reads a report again when its run has ended well. */
-exports.followReports = () =>
-  vscode.tasks.onDidEndTaskProcess(({ execution, exitCode }) => {
-    const { type, spec } = execution.task.definition;
-    if (type === "ivx" && exitCode === 0) open.get(vscode.Uri.file(spec).toString())?.read();
-  });
+exports.readAgain = (spec) => open.get(spec)?.read();
 
 /** Where the report lies, which the server knows; nowhere where it has none or does not know. */
 async function place(uri, client) {
