@@ -1,0 +1,11 @@
+"""Runs ivx, and reads what it found as pandas and xarray.
+
+The command that runs is the one that came with this package.
+"""
+
+from ._binary import find
+from ._diff import Diff, diff
+from ._results import Figure, Results, Table, results
+from ._run import RunError, SpecError, run
+
+__all__ = ["Diff", "Figure", "Results", "RunError", "SpecError", "Table", "diff", "find", "results", "run"]
