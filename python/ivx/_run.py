@@ -33,13 +33,18 @@ class RunError(RuntimeError):
 
     def __init__(self, failures: dict[str, str], results: Results) -> None:
         self.failures, self.results = failures, results
-        told = [f"{address}: {why}" for address, why in list(failures.items())[:3]]
-        if len(failures) > 3:
-            told.append(f"and {len(failures) - 3} more")
+        alike: dict[str, list[str]] = {}
+        for address, why in failures.items():
+            alike.setdefault(why, []).append(address)
+        told = []
+        for why, (first, *others) in list(alike.items())[:3]:
+            told.append(f"{first}{f' and {len(others)} more' if others else ''}: {why}")
+        if len(alike) > 3:
+            told.append(f"and {sum(map(len, list(alike.values())[3:]))} more for other reasons")
         super().__init__("\n".join(told))
 
     def _render_traceback_(self) -> list[str]:
-        return ["failed: " + line for line in str(self).splitlines()]
+        return f"failed: {self}".splitlines()
 
 
 def run(

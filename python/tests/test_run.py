@@ -50,6 +50,13 @@ def test_nodes_that_fail_are_named_and_the_others_are_there(project):
     assert frame["value"][0] == 3 and frame["value"].isna().tolist() == [False, True]
 
 
+def test_failures_of_one_kind_are_told_once():
+    failures = {f"e/run[n={i}]": "same" if i < 3 else f"code {i}" for i in range(7)}
+    told = str(ivx.RunError(failures, None)).splitlines()
+    assert told[0] == "e/run[n=0] and 2 more: same" and told[1] == "e/run[n=3]: code 3"
+    assert told[3:] == ["and 2 more for other reasons"]
+
+
 def test_results_are_where_they_were_written(first):
     assert ivx.run(first).path == first.parent / "results" / "first"
     set_apart = ivx.run(first, set={"first.seeds": 2}, jobs=1)
