@@ -1,7 +1,7 @@
 """Runs ivx, and reads what it found as pandas and xarray.
 
 The command that runs is the one that came with this package. ``%load_ext ivx`` makes ``%%ivx`` of a notebook's cell a
-spec.
+spec. ``ivx.node`` is for programs that ivx runs.
 """
 
 from ._binary import find
