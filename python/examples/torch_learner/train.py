@@ -6,6 +6,7 @@ Writes score.json and model.safetensors, which ivx reads. All that it depends on
 import argparse
 
 import torch
+
 from ivx import node
 
 
