@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+# What is found of a claim, or of one of its coordinates.
 FOUND = ["verdict", "difference", "low", "high", "n"]
 
 
@@ -81,18 +82,21 @@ class Results:
         ``corrected`` is the verdict with all claims of its family in mind, where it has one. A claim at several
         coordinates has no difference of its own: `findings` has them all.
         """
-        columns = ["experiment", "claim", "comparison", *FOUND, "confidence", "corrected"]
-        return need("pandas", "notebook").DataFrame(self._claims(), columns=columns)
+        return _frame(self._claims(), ["experiment", "claim", "comparison", *FOUND, "confidence", "corrected"])
 
     def findings(self) -> pandas.DataFrame:
-        """Claims, one a row for every coordinate that they are judged at, which is in the columns of axes."""
-        rows = [
-            {"experiment": claim["experiment"], "claim": claim["claim"], **finding["at"], **finding}
-            for claim in self._claims()
-            for finding in claim["findings"]
-        ]
-        axes = sorted({axis for claim in self._claims() for finding in claim["findings"] for axis in finding["at"]})
-        return need("pandas", "notebook").DataFrame(rows, columns=["experiment", "claim", *axes, *FOUND])
+        """Claims, one a row for every coordinate that they are judged at, which is in the columns of axes.
+
+        An axis that is called as another column has `axis_` before its name.
+        """
+        rows: list[dict[str, Any]] = []
+        axes: set[str] = set()
+        for claim in self._claims():
+            for finding in claim["findings"]:
+                at = {f"axis_{axis}" if axis in FOUND else axis: label for axis, label in finding["at"].items()}
+                axes |= at.keys()
+                rows.append({**at, **finding, "experiment": claim["experiment"], "claim": claim["claim"]})
+        return _frame(rows, ["experiment", "claim", *sorted(axes), *FOUND])
 
     @property
     def figures(self) -> dict[str, Figure]:
@@ -185,6 +189,11 @@ def told(text: str) -> dict[str, Any]:
         for row in (claim, *claim["findings"]):
             row.update({key: float(row[key]) for key in ("difference", "low", "high") if row[key] is not None})
     return {"measures": measures, "claims": claims}
+
+
+def _frame(rows: list[dict[str, Any]], columns: list[str]) -> pandas.DataFrame:
+    frame = need("pandas", "notebook").DataFrame(rows, columns=columns)
+    return frame.astype({"difference": float, "low": float, "high": float})
 
 
 def _name(row: dict[str, Any]) -> str:

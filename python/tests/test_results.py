@@ -44,8 +44,8 @@ TOLD = {
             "confidence": None,
             "family": None,
             "findings": [
-                found({"ke": "WCM"}, "holds", 1.0, "-Infinity", 2.0, 3),
-                found({"ke": "BCM"}, "undecided", "NaN", None, None, 0),
+                found({"ke": "WCM", "n": "5"}, "holds", 1.0, "-Infinity", 2.0, 3),
+                found({"ke": "BCM", "n": "5"}, "undecided", "NaN", None, None, 0),
             ],
         },
     ],
@@ -89,6 +89,7 @@ def test_claims_have_a_verdict_a_row(of_told):
     claims = of_told.claims()
     assert claims["verdict"].tolist() == ["holds", "undecided"]
     assert claims["low"][0] == -0.2 and claims["n"][0] == 20 and pandas.isna(claims["high"][1])
+    assert claims.dtypes[["difference", "low", "high"]].tolist() == [float] * 3
     assert claims["corrected"][0] == "undecided" and pandas.isna(claims["corrected"][1])
 
 
@@ -97,6 +98,7 @@ def test_findings_have_a_verdict_a_coordinate(of_told):
     findings = of_told.findings()
     assert findings["verdict"].tolist() == ["holds", "holds", "undecided"]
     assert pandas.isna(findings["ke"][0]) and findings["ke"].tolist()[1:] == ["WCM", "BCM"]
+    assert findings["axis_n"].tolist()[1:] == ["5", "5"] and findings["n"].tolist() == [20, 3, 0]
     assert findings["low"][1] == float("-inf") and pandas.isna(findings["difference"][2])
 
 
@@ -105,7 +107,7 @@ def test_a_notebook_is_shown_the_claims(of_told):
     row = "<td>less &lt;is&gt; more</td><td>holds</td><td>-0.1235</td><td>[-0.2, -0.1]</td><td>20</td>"
     assert f"<tr><td>e</td>{row}<td>undecided</td></tr>" in shown
     assert "<td>anywhere</td><td>undecided</td><td></td><td></td><td></td>" in shown
-    assert "<td>at ke = WCM</td><td>holds</td><td>1</td><td>[-inf, 2]</td><td>3</td><td></td>" in shown
+    assert "<td>at ke = WCM, n = 5</td><td>holds</td><td>1</td><td>[-inf, 2]</td><td>3</td><td></td>" in shown
 
 
 def test_results_are_read_from_their_folder(first):
