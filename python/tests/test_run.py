@@ -107,11 +107,14 @@ experiment e {{
             print("stopped")
     """)
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "IVX": ivx.find()}
-    process = subprocess.Popen([sys.executable, "-c", script], env=env, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], env=env, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
     while not (project / "slow.began").exists():
         assert process.poll() is None
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
+    # As a terminal does: all of its group have it.
+    os.killpg(process.pid, signal.SIGINT)
     out, _ = process.communicate(timeout=30)
     assert out == "stopped\n"
     assert (project / "slow.ended").exists(), "the program had its second to end"
