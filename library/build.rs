@@ -18,6 +18,7 @@ fn main() {
         "foreign/src",
         "figure/src",
         "table/src",
+        "town/src",
     ] {
         println!("cargo::rerun-if-changed={folder}");
         collect(Path::new(folder), &mut files);
