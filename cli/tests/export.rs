@@ -17,6 +17,8 @@ experiment small {
     let model = train(map_estimate(net: mlp(hidden: [3])), on: data, steps: 2)
     measure error = rmse(line, on: data)
     measure curve = predict(model, at: grid(-1.0, 1.0, points: 3))
+    claim "a parabola errs less" : error[degree: 2] < error[degree: 1]
+    claim "it errs little" : error < 100.0
 }
 "#;
 
@@ -28,7 +30,9 @@ import pandas as pd
 from safetensors.numpy import load_file
 
 table = pd.read_csv("all.csv")
-records = json.load(open("error.json"))
+records = json.load(open("error.json"))["measures"]
+whole = json.load(open("all.json"))
+claims = pd.DataFrame(whole["claims"])
 model, same = dict(np.load("model.npz")), load_file("model.safetensors")
 data = dict(np.load("data.npz"))
 print(json.dumps({
@@ -36,6 +40,9 @@ print(json.dumps({
     "rows": table.groupby("measure").size().to_dict(),
     "error": table[table.measure == "error"].value.tolist(),
     "json": [row["value"] for row in records],
+    "same rows": len(pd.DataFrame(whole["measures"])) == len(table),
+    "claims": claims[["claim", "verdict", "n"]].fillna(0).values.tolist(),
+    "coordinates": pd.json_normalize(whole["claims"], "findings", ["claim"])["at.degree"].dropna().tolist(),
     "model": {name: [str(a.dtype), list(a.shape)] for name, a in sorted(model.items())},
     "same": all((model[name] == same[name]).all() for name in same) and model.keys() == same.keys(),
     "data": {name: list(a.shape) for name, a in sorted(data.items())},
@@ -101,6 +108,7 @@ fn measures_and_nodes_are_exported_and_python_reads_them() {
     assert!(lines[1].starts_with("small,curve,,0,-1,") && lines.len() == 1 + 6 + 4, "{csv}");
     assert!(lines[7].starts_with("small,error,1,0,,"), "{csv}");
     exported(folder, "results/small/results.ron", &["small/error"], "error.json");
+    exported(folder, "results/small", &[], "all.json");
     exported(folder, "small.ivx", &[node], "model.npz");
     let model = exported(folder, "small.ivx", &[node], "model.safetensors");
     exported(folder, "small.ivx", &["small/data[seed=0]"], "data.npz");
@@ -129,11 +137,48 @@ fn measures_and_nodes_are_exported_and_python_reads_them() {
     );
     assert_eq!(told["rows"], json(r#"{"curve": 6, "error": 4}"#));
     assert_eq!(told["error"], told["json"]);
+    assert_eq!(told["same rows"], true);
+    let claims = json(
+        r#"[["a parabola errs less", "undecided", 2.0], ["it errs little", "undecided", 0.0]]"#,
+    );
+    assert_eq!((&told["claims"], &told["coordinates"]), (&claims, &json(r#"["1", "2"]"#)));
     assert_eq!(told["same"], true);
     assert_eq!(told["data"], json(r#"{"x": [6], "y": [6]}"#));
     let layers = r#"{"0.bias": ["float32", [3]], "0.weight": ["float32", [1, 3]],
                      "1.bias": ["float32", [1]], "1.weight": ["float32", [3, 1]]}"#;
     assert_eq!(told["model"], json(layers));
+}
+
+#[test]
+fn json_has_the_claims_beside_the_measures_unless_one_is_asked_for() {
+    let folder = project();
+    let folder = folder.path();
+    assert!(ivx(folder, &["exec", "small.ivx"]).status.success());
+    let read = |name: &[&str]| -> serde_json::Value {
+        serde_json::from_slice(&exported(folder, "results/small", name, "m.json"))
+            .expect("it is JSON")
+    };
+    let all = read(&[]);
+    assert_eq!(all["measures"].as_array().map(Vec::len), Some(10));
+    let claim = &all["claims"][0];
+    assert_eq!(claim["experiment"], "small");
+    assert_eq!(claim["claim"], "a parabola errs less");
+    assert_eq!(claim["comparison"], "error[degree: 2] < error[degree: 1]");
+    // Two seeds decide nothing, alone or among two claims.
+    assert_eq!(
+        (&claim["verdict"], &claim["family"]["verdict"]),
+        (&"undecided".into(), &"undecided".into())
+    );
+    assert_eq!(
+        (&claim["n"], &claim["confidence"], &claim["family"]["of"]),
+        (&2.into(), &0.95.into(), &2.into())
+    );
+    assert!(claim["difference"].as_f64().is_some_and(f64::is_finite), "{claim}");
+    assert_eq!(all["claims"][1]["findings"][1]["at"], serde_json::json!({ "degree": "2" }));
+
+    let one = read(&["small/error"]);
+    assert_eq!(one["measures"].as_array().map(Vec::len), Some(4));
+    assert_eq!(one.as_object().map(serde_json::Map::len), Some(1));
 }
 
 #[test]

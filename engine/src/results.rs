@@ -212,11 +212,17 @@ pub fn report(name: &str, spec: &Spec, plan: &Plan, outcome: &Outcome) -> Report
     report
 }
 
+/// The confidence of which nothing is told, and what stands before another.
+const USUAL: f64 = 0.95;
+const AT: &str = "at ";
+/// The mark of a claim that no chance is in.
+const DETERMINISTIC: &str = "deterministic";
+
 /// What a reader is to know of a claim.
 #[must_use]
 pub fn marks(judged: &Judged) -> Vec<String> {
     let words = |mark: &Mark| match mark {
-        Mark::Deterministic => "deterministic",
+        Mark::Deterministic => DETERMINISTIC,
         Mark::CannotFail => "cannot fail",
         Mark::OfTheseSeeds => "describes these seeds only",
         Mark::ChosenSeeds => "rests on chosen seeds",
@@ -226,10 +232,19 @@ pub fn marks(judged: &Judged) -> Vec<String> {
     if !judged.by.is_empty() {
         marks.push(format!("by {}", judged.by));
     }
-    if judged.confidence != 0.95 && !judged.marks.contains(&Mark::Deterministic) {
-        marks.push(format!("at {}", judged.confidence));
+    if judged.confidence != USUAL && !judged.marks.contains(&Mark::Deterministic) {
+        marks.push(format!("{AT}{}", judged.confidence));
     }
     marks
+}
+
+/// The confidence of a claim's intervals, as [`marks`] told it; none where nothing is stochastic.
+pub(crate) fn confidence(claim: &Claim) -> Option<f64> {
+    if claim.marks.iter().any(|mark| mark == DETERMINISTIC) {
+        return None;
+    }
+    let told = claim.marks.iter().find_map(|mark| mark.strip_prefix(AT)?.parse().ok());
+    Some(told.unwrap_or(USUAL))
 }
 
 /// The values of parameters, by name.

@@ -79,7 +79,7 @@ fn columns(dims: &[String]) -> Vec<String> {
 }
 
 /// A number of JSON, or the name of what is none there.
-fn number(x: f64) -> Value {
+pub(crate) fn number(x: f64) -> Value {
     json_name(x).map_or_else(|| x.into(), Value::from)
 }
 

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 
 use ivx_cache::{Cache, Fetched};
-use ivx_engine::{Results, Tidy, consult, expand, platform, record_of, tidy};
+use ivx_engine::{Results, Tidy, consult, expand, judged, platform, record_of, tidy};
 use ivx_grammar::suggest;
 use ivx_library::command::npz;
 use ivx_op::read_tensors;
@@ -66,9 +66,19 @@ fn measures(
     }
     match kind {
         "csv" => Ok(Some(rows.to_csv().into_bytes())),
-        "json" => Ok(Some(rows.to_json().into_bytes())),
+        "json" => {
+            let claims = if name.is_empty() { Some(judged(results)) } else { None };
+            Ok(Some(object(&rows, claims.as_deref()).into_bytes()))
+        }
         _ => columns(&rows, err),
     }
+}
+
+/// Measures, and all claims where no measure is asked for.
+fn object(rows: &Tidy, claims: Option<&str>) -> String {
+    let claims =
+        claims.map_or(String::new(), |claims| format!(",\n\"claims\": {}", claims.trim_end()));
+    format!("{{\"measures\": {}{claims}}}\n", rows.to_json().trim_end())
 }
 
 #[cfg(feature = "parquet")]
