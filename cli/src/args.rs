@@ -1,24 +1,27 @@
 //! The command line.
 
 mod cache;
+mod help;
 mod runs;
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum, ValueHint};
 
 pub(crate) use cache::*;
+pub(crate) use help::*;
 pub(crate) use runs::*;
 
 use crate::size::parse_bytes;
 use crate::time::parse_span;
+use crate::version::version;
 
 /// Reproducible machine-learning experiments as dataflow over named axes.
 #[derive(Debug, Parser)]
 #[command(
     name = "ivx",
-    version,
+    version = version(),
     after_help = "\
 Exit codes: 0 all went well, 1 a node failed (or a claim, under --strict; or results or layouts \
 differ), 2 the spec or the command line is wrong, 3 the disk or the cache failed, \
@@ -85,8 +88,9 @@ Examples: ivx export results/experiments/thesis --to measures.csv
           ivx export results/experiments/thesis overoptimisation/optimality_gap --to gap.json
           ivx export experiments/thesis.ivx 'reward_ensemble/model[seed=0]/member[3]' --to model.npz
 
-Measures are told one number a line, with a column for each axis and dimension. A node of a spec is taken
-from the cache, and nothing is run.")]
+Measures are told one number a line, with a column for each axis and dimension. JSON is an object: `measures` has a
+row a number, and `claims`, unless a measure is named, each claim with its verdict, difference, interval and number of
+seeds, and what it amounts to in its family. A node of a spec is taken from the cache, and nothing is run.")]
     Export(Exported),
     /// Write how each element of a paper stands: where it is, what came out, and what is not there yet.
     #[command(after_help = "\
@@ -111,6 +115,14 @@ out a claim.")]
 Examples: ivx show 3f2a
           ivx show 3f2a --to /tmp/earlier")]
     Show(Show),
+    /// Say where the last report of a spec is, or open it.
+    #[command(after_help = "\
+Examples: ivx report experiments/thesis.ivx
+          ivx report --open
+          ivx report results/experiments/thesis@paper --open
+
+Of the runs of a spec, with whichever profile and parameters, the report of the last one to end is meant.")]
+    Report(Report),
     /// Say what the cache holds, and mend or empty it.
     #[command(subcommand, after_help = "Example: ivx cache stats")]
     Cache(Cache),
@@ -122,6 +134,15 @@ says how for VS Code, Neovim, Helix and others.")]
     /// Write a small spec to begin with.
     #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
     New(New),
+    /// Write what completes command lines of ivx in a shell.
+    #[command(after_help = "\
+Examples: ivx completions bash > ~/.local/share/bash-completion/completions/ivx
+          ivx completions zsh > ~/.zfunc/_ivx
+          ivx completions fish > ~/.config/fish/completions/ivx.fish")]
+    Completions(Completions),
+    /// Write the manual, a page for each subcommand.
+    #[command(after_help = "Example: ivx man ~/.local/share/man/man1 && man ivx-exec")]
+    Man(Man),
 }
 
 /// How something is told.
@@ -138,14 +159,14 @@ pub(crate) enum Format {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Spec {
     /// The spec.
-    #[arg(value_name = "SPEC")]
+    #[arg(value_name = "SPEC", value_hint = ValueHint::FilePath)]
     pub(crate) path: PathBuf,
     /// The profile; `paper` gives every parameter its default. Without one, `quick` where it
     /// is declared.
-    #[arg(long)]
+    #[arg(long, value_hint = ValueHint::Other)]
     pub(crate) profile: Option<String>,
     /// Set a parameter: `--set members=16` or `--set overoptimisation.members=16`.
-    #[arg(long = "set", value_name = "NAME=VALUE")]
+    #[arg(long = "set", value_name = "NAME=VALUE", value_hint = ValueHint::Other)]
     pub(crate) sets: Vec<String>,
     /// The most nodes that the spec may expand to, and the most coordinates of one axis
     /// [default: 1000000].
@@ -157,7 +178,7 @@ pub(crate) struct Spec {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Store {
     /// Take results that the cache lacks from the store in this folder [default: `IVX_STORE`].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) store: Option<PathBuf>,
 }
 
@@ -200,7 +221,7 @@ pub(crate) struct Exec {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
     /// Write results to this folder instead. It is new or empty, or holds other results, which are replaced.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Fail when a claim fails.
     #[arg(long)]
@@ -292,10 +313,10 @@ pub(crate) struct Verify {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Standing {
     /// The list, as RON.
-    #[arg(value_name = "LIST")]
+    #[arg(value_name = "LIST", value_hint = ValueHint::FilePath)]
     pub(crate) list: PathBuf,
     /// Write the page to this file, in whose folder its links begin [default: standard output].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
     /// Write nothing, and exit with 1 if the file is not as it would be written.
     #[arg(long, requires = "out")]
@@ -330,7 +351,7 @@ fn share(text: &str) -> Result<f64, String> {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Fmt {
     /// The specs; those that change are listed.
-    #[arg(required = true, value_name = "FILES")]
+    #[arg(required = true, value_name = "FILES", value_hint = ValueHint::FilePath)]
     pub(crate) paths: Vec<PathBuf>,
     /// Only list what would change; exit with 1 if anything would.
     #[arg(long)]
@@ -340,10 +361,10 @@ pub(crate) struct Fmt {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Diff {
     /// What was: a path, a run or a git revision [default: the run before the last, of the same spec].
-    #[arg(value_name = "A")]
+    #[arg(value_name = "A", value_hint = ValueHint::FilePath)]
     pub(crate) before: Option<PathBuf>,
     /// What is, likewise [default: the project's results; without A, the last run].
-    #[arg(value_name = "B")]
+    #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub(crate) after: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) store: Store,
@@ -381,7 +402,7 @@ pub(crate) struct Exported {
     #[arg(value_name = "NAME")]
     pub(crate) name: Option<String>,
     /// The file; its name ends in `.csv`, `.json` or `.parquet` for measures, in `.npz` or `.safetensors` for a node.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) to: PathBuf,
 }
 

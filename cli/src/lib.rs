@@ -25,6 +25,7 @@ mod size;
 mod source;
 mod store;
 mod time;
+mod version;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -87,6 +88,9 @@ pub fn run(
         Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
         Command::Lsp => lsp::lsp(),
+        Command::Report(args) => command::report(args, out, err),
+        Command::Completions(args) => command::completions(args, out),
+        Command::Man(args) => command::man(args, out),
     };
     match done {
         Ok(code) => code,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Subcommand;
+use clap::{Subcommand, ValueHint};
 
 use super::Format;
 use crate::size::parse_bytes;
@@ -74,22 +74,22 @@ pub(crate) struct Gc {
 #[derive(Debug, clap::Args)]
 pub(crate) struct Export {
     /// The archive; one that is there is replaced.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) path: PathBuf,
     /// Only what a run of this spec would find, from the cache of its project.
-    #[arg(long, value_name = "SPEC")]
+    #[arg(long, value_name = "SPEC", value_hint = ValueHint::FilePath)]
     pub(crate) spec: Option<PathBuf>,
     /// The profile of that run.
-    #[arg(long, requires = "spec")]
+    #[arg(long, requires = "spec", value_hint = ValueHint::Other)]
     pub(crate) profile: Option<String>,
     /// A parameter of that run.
-    #[arg(long = "set", value_name = "NAME=VALUE", requires = "spec")]
+    #[arg(long = "set", value_name = "NAME=VALUE", value_hint = ValueHint::Other, requires = "spec")]
     pub(crate) sets: Vec<String>,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Import {
     /// The archive.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) path: PathBuf,
 }

@@ -1,8 +1,8 @@
-//! `ivx runs` and `ivx show`
+//! `ivx runs`, `ivx show` and `ivx report`
 
 use std::path::PathBuf;
 
-use clap::Subcommand;
+use clap::{Subcommand, ValueHint};
 
 use super::Format;
 
@@ -49,9 +49,19 @@ pub(crate) struct Show {
     pub(crate) name: Option<String>,
     /// Write its results to this folder, with figures and tables. It is new or empty, or holds other results, which
     /// are replaced.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) to: Option<PathBuf>,
     /// How to say it.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Report {
+    /// The spec, or the folder of its results [default: whichever of the project ran last].
+    #[arg(value_name = "SPEC|RESULTS", value_hint = ValueHint::FilePath)]
+    pub(crate) path: Option<PathBuf>,
+    /// Open it in the browser: that of the variable `BROWSER`, or the one that the system has for pages.
+    #[arg(long)]
+    pub(crate) open: bool,
 }
