@@ -39,6 +39,7 @@ pub(crate) enum Command {
 Examples: ivx exec experiments/thesis.ivx
           ivx exec experiments/thesis.ivx --set members=16 --jobs 2
           ivx exec experiments/thesis.ivx --out /tmp/thesis
+          ivx exec experiments/thesis.ivx --watch
 
 Results of experiments/thesis.ivx are written to results/experiments/thesis/. With another profile, or with a
 parameter set to another value than it has, they are written beside it, to a folder called for what is other:
@@ -244,6 +245,10 @@ pub(crate) struct Exec {
     /// Go on with what does not depend on a failure; this is the default.
     #[arg(long)]
     pub(crate) keep_going: bool,
+    /// Run again whenever a file changes that the spec read: itself, those that it uses, includes or names, and programs.
+    /// A run that such a change meets is stopped as by Ctrl-C, and what it did is kept. Ends with Ctrl-C.
+    #[arg(long)]
+    pub(crate) watch: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -25,6 +25,8 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// Asks the run of this process to stop.
 pub(crate) static STOP: LazyLock<Stop> = LazyLock::new(Stop::default);
+/// Whether the command is to end.
+static ENDING: AtomicBool = AtomicBool::new(false);
 /// Whether somebody looks at `STOP`.
 static HEEDED: AtomicBool = AtomicBool::new(false);
 /// Files that are worth nothing before they are whole.
@@ -32,7 +34,7 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// What the command does at a signal that asks it to end. A second one does not wait for anything.
 pub fn interrupt() {
-    if STOP.asked() || !HEEDED.load(Ordering::SeqCst) {
+    if ENDING.swap(true, Ordering::SeqCst) || !HEEDED.load(Ordering::SeqCst) {
         end();
     }
     STOP.ask();
@@ -41,6 +43,27 @@ pub fn interrupt() {
     thread::spawn(see_to_the_end);
     let what = "stopping: what computes is kept, programs are ended; once more to stop at once";
     let _ = writeln!(std::io::stderr(), "{what}");
+}
+
+/// Whether the command is to end.
+pub(crate) fn is_ending() -> bool {
+    ENDING.load(Ordering::SeqCst)
+}
+
+/// Ends the run, if there is one, as a signal would, but not the command.
+pub(crate) fn stop_run() {
+    STOP.ask();
+    command::stop_all();
+    if HEEDED.load(Ordering::SeqCst) {
+        let what = "stopping, since a file has changed: what computes is kept, programs are ended";
+        let _ = writeln!(std::io::stderr(), "{what}");
+    }
+}
+
+/// Lets another run begin after one that was stopped.
+pub(crate) fn begin_anew() {
+    STOP.take_back();
+    command::go_on();
 }
 
 /// Does `work`, which looks at `STOP` and keeps what it did.

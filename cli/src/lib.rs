@@ -3,6 +3,7 @@
 mod account;
 mod advice;
 mod args;
+mod changes;
 mod command;
 mod date;
 mod ending;

@@ -6,12 +6,14 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use ivx_cache::Digest;
 use ivx_grammar::ast::{Item, ItemKind};
 use ivx_grammar::check::{File, Project};
 use ivx_grammar::{Code, Diagnostic, Outside, Spanned, externals, known_as, parse, suggest};
 use ivx_library::command;
-use ivx_op::{External, ExternalKind, Fields, Lit, Literal as _, Registry};
+use ivx_op::{Content, External, ExternalKind, Fields, Lit, Literal as _, Registry};
 
+use crate::changes::{Read, look};
 use crate::source::{self, no_spec, plain};
 use crate::{Trouble, project};
 
@@ -25,6 +27,8 @@ pub(crate) struct Loaded {
     pub(crate) root: PathBuf,
     /// Where the spec lies, links resolved: below that folder.
     pub(crate) spec: PathBuf,
+    /// The files that were read or looked for, by each path that leads to one, and what was found.
+    pub(crate) read: Read,
 }
 
 /// Reads a spec, the files that it and they name by `use` and `include`, and what their calls name
@@ -56,16 +60,24 @@ pub(crate) fn load_open(spec: &Path, registry: &Registry, open: &Texts) -> Resul
             diagnostics: Vec::new(),
             root,
             spec: path.clone(),
+            read: Read::new(),
         },
         registry,
         texts: open,
         search: std::env::var_os("PATH").unwrap_or_default(),
         known: BTreeMap::new(),
         open: Vec::new(),
+        links: Vec::new(),
     };
     let text = loader.read(&path).map_err(unread)?;
+    loader.saw(&path, Some(Digest::of(text.as_bytes())));
+    loader.links.extend(std::path::absolute(spec).map(|spec| (spec, path.clone())));
     loader.file(&path, text);
     loader.outside();
+    for (link, path) in std::mem::take(&mut loader.links) {
+        let found = loader.loaded.read.get(&path).copied().flatten();
+        loader.loaded.read.entry(link).or_insert(found);
+    }
     Ok(loader.loaded)
 }
 
@@ -78,6 +90,8 @@ struct Loader<'a> {
     known: BTreeMap<PathBuf, usize>,
     /// The files between the spec and the one being read.
     open: Vec<PathBuf>,
+    /// Paths as they are written, and where they lead.
+    links: Vec<(PathBuf, PathBuf)>,
 }
 
 impl Loader<'_> {
@@ -158,13 +172,20 @@ impl Loader<'_> {
     }
 
     /// Where the file lies that `name` means in the file at `from`.
-    fn place(&self, from: &Path, name: &Spanned<String>) -> Result<PathBuf, Diagnostic> {
+    fn place(&mut self, from: &Path, name: &Spanned<String>) -> Result<PathBuf, Diagnostic> {
         let folder = from.parent().expect("a file lies in a folder");
         let wanted = lexical(&folder.join(&name.value));
         let found = wanted.starts_with(&self.loaded.root).then(|| fs::canonicalize(&wanted));
         match found {
-            Some(Ok(path)) if path.starts_with(&self.loaded.root) => Ok(path),
-            Some(Err(error)) => Err(unread(name, &error, near(&wanted, &name.value))),
+            Some(Ok(path)) if path.starts_with(&self.loaded.root) => {
+                self.links.push((wanted, path.clone()));
+                Ok(path)
+            }
+            Some(Err(error)) => {
+                let fault = unread(name, &error, near(&wanted, &name.value));
+                self.saw(&wanted, None);
+                Err(fault)
+            }
             _ => {
                 let message = format!("`{}` lies outside the project", name.value);
                 let fault =
@@ -181,19 +202,38 @@ impl Loader<'_> {
 
     /// The text of the file at `path`, which the spec calls so.
     fn text(&mut self, path: &Path, name: &Spanned<String>) -> Option<String> {
-        let text = self.read(path).map_err(|error| unread(name, &error, None));
+        let text = self.read(path);
+        self.saw(path, text.as_ref().ok().map(|text| Digest::of(text.as_bytes())));
+        let text = text.map_err(|error| unread(name, &error, None));
         text.map_err(|fault| self.loaded.diagnostics.push(fault)).ok()
     }
 
+    /// Notes what was found at a path; what cannot be used is looked at for what it is.
+    fn saw(&mut self, path: &Path, found: Option<Digest>) {
+        self.loaded.read.insert(path.to_owned(), found.or_else(|| look(path)));
+    }
+
     /// What is named outside the file at `from`.
-    fn external(&self, from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
+    fn external(&mut self, from: &Path, outside: &Outside) -> Result<External, Diagnostic> {
         let Outside { kind, name, of, .. } = outside;
         let found = match kind {
             ExternalKind::File if Path::new(&name.value).is_absolute() => {
                 Err("is an absolute path; files are named relative to the spec".to_owned())
             }
-            ExternalKind::File => command::file(&name.value, &self.place(from, name)?),
-            ExternalKind::Program => command::program(&name.value, &self.search),
+            ExternalKind::File => {
+                let path = self.place(from, name)?;
+                let found = command::file(&name.value, &path);
+                self.saw(&path, found.as_ref().ok().map(|found| Digest(found.digest)));
+                found
+            }
+            ExternalKind::Program => {
+                let found = command::program(&name.value, &self.search);
+                if let Ok(External { digest, content: Content::Program(path), .. }) = &found {
+                    self.saw(path, Some(Digest(*digest)));
+                    self.links.extend(fs::canonicalize(path).map(|real| (real, path.clone())));
+                }
+                found
+            }
             ExternalKind::Variable => command::variable(&name.value),
             ExternalKind::Foreign if *of == "procgen" => return procgen(from, outside),
             ExternalKind::Foreign => return self.world(outside),

@@ -19,6 +19,11 @@ impl Stop {
         self.0.asked.store(true, Ordering::SeqCst);
     }
 
+    /// Takes that back, for a run that comes after one that was asked to end.
+    pub fn take_back(&self) {
+        self.0.asked.store(false, Ordering::SeqCst);
+    }
+
     /// Whether the run was asked to end.
     #[must_use]
     pub fn asked(&self) -> bool {

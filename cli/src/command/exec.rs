@@ -11,6 +11,7 @@ use ivx_engine::{
     platform, report, schedule, wanted,
 };
 use ivx_grammar::ast::Ast;
+use ivx_library::registry;
 use ivx_op::Outcome as Verdict;
 use serde_json::json;
 
@@ -19,14 +20,17 @@ use super::measured;
 use super::origin::origin;
 use super::run_file::run_file;
 use super::summary;
-use super::{Ready, jobs, lock, ready};
+use super::watch::watch;
+use super::{Ready, jobs, lock, ready_of};
 use crate::account::Account;
 use crate::args::Format;
+use crate::changes::Read;
 use crate::date::today;
 use crate::ending::{STOP, heeding};
 use crate::events::Events;
 use crate::found;
 use crate::history::{self, Files, Summary};
+use crate::load::load;
 use crate::machine::memory;
 use crate::progress::Progress;
 use crate::publish::{RESULTS, in_the_way, publish, refusal};
@@ -38,21 +42,52 @@ pub(crate) fn exec(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<u8, Trouble> {
+    if args.watch {
+        return watch(args, out, err);
+    }
+    let ended = once(args, &mut |_, _| Ok(()), out, err)?;
+    // The process is about to end: to give this back would take a while.
+    std::mem::forget(ended.found);
+    Ok(ended.code)
+}
+
+/// How a run ended.
+pub(super) struct Ended {
+    /// The exit code.
+    pub(super) code: u8,
+    /// What came out; none if it was stopped or did not begin.
+    pub(super) found: Option<Results>,
+}
+
+impl Ended {
+    fn early(code: u8) -> Self {
+        Self { code, found: None }
+    }
+}
+
+/// Runs a spec.
+///
+/// - `see`: is told which files were read, before anything else is made of them.
+pub(super) fn once(
+    args: &args::Exec,
+    see: &mut dyn FnMut(&Read, &mut dyn Write) -> Result<(), Trouble>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<Ended, Trouble> {
     let started = Instant::now();
-    let Some(mut ready) = ready(&args.spec, err)? else { return Ok(WRONG) };
+    let registry = registry();
+    let loaded = load(&args.spec.path, &registry)?;
+    see(&loaded.read, out)?;
+    let Some(mut ready) = ready_of(loaded, registry, &args.spec, err)? else {
+        return Ok(Ended::early(WRONG));
+    };
     let root = ready.loaded.root.clone();
     let spec = ready.loaded.spec.clone();
     let Some(Target { name, folder, results }) = target(args, &ready, err)? else {
-        return Ok(WRONG);
+        return Ok(Ended::early(WRONG));
     };
-    let locks =
-        if args.lock || args.locked || args.register { Some(lock::read(&spec)?) } else { None };
-    if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(&name)) {
-        let help = "write it with `--lock` or `--register`";
-        writeln!(err, "error: `{name}` is not in {}: {help}", lock::FILE)?;
-        return Ok(WRONG);
-    }
-    let Some(mode) = mode(args, err)? else { return Ok(WRONG) };
+    let Some(locks) = locks(args, &spec, &name, err)? else { return Ok(Ended::early(WRONG)) };
+    let Some(mode) = mode(args, err)? else { return Ok(Ended::early(WRONG)) };
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
@@ -108,7 +143,7 @@ pub(crate) fn exec(
             let kept = "what was executed is kept, and the next run goes on from there";
             writeln!(out, "stopped: {kept}")?;
         }
-        return Ok(STOPPED);
+        return Ok(Ended::early(STOPPED));
     };
     let page = page(&ready.spec, &plan, &outcome, &report, &origin(&args.spec, &text, &run));
     // Who stands in the folder stands in the old one afterwards, and would be told wrong paths.
@@ -134,10 +169,13 @@ pub(crate) fn exec(
     let told: &mut dyn Write = if is_json { err } else { out };
     let run = (&plan, &outcome, &found, &set);
     let moved = locks.map_or(Ok(false), |locks| lock_up(args, &ready, (locks, name), run, told))?;
-    // The process is about to end: to give all this back piece by piece would be a large part of
-    // a run that has nothing to do.
-    std::mem::forget((ready, plan, outcome, found, set));
-    Ok(if failed || moved || (args.strict && broken) { FAILED } else { OK })
+    if !args.watch {
+        // The process is about to end: to give all this back piece by piece would be a large part of
+        // a run that has nothing to do.
+        std::mem::forget((ready, plan, outcome, set));
+    }
+    let code = if failed || moved || (args.strict && broken) { FAILED } else { OK };
+    Ok(Ended { code, found: Some(found) })
 }
 
 fn options(args: &args::Exec, jobs: usize) -> Options {
@@ -168,6 +206,24 @@ fn opened(
         }
     }
     Ok(cache)
+}
+
+/// The locks beside a spec, where they are asked for; says so if there is none of it that a run could be held against.
+#[expect(clippy::option_option, reason = "none asked for is not none there")]
+fn locks(
+    args: &args::Exec,
+    spec: &Path,
+    name: &str,
+    err: &mut dyn Write,
+) -> Result<Option<Option<Locks>>, Trouble> {
+    let locks =
+        if args.lock || args.locked || args.register { Some(lock::read(spec)?) } else { None };
+    if args.locked && locks.as_ref().is_none_or(|locks| !locks.specs.contains_key(name)) {
+        let help = "write it with `--lock` or `--register`";
+        writeln!(err, "error: `{name}` is not in {}: {help}", lock::FILE)?;
+        return Ok(None);
+    }
+    Ok(Some(locks))
 }
 
 /// Holds a run against the locks beside its spec, or writes it there; whether it found something else.

@@ -26,6 +26,7 @@ mod show;
 mod standing;
 mod summary;
 mod verify;
+mod watch;
 mod why;
 
 use std::io::{self, IsTerminal as _, Write};
@@ -104,6 +105,16 @@ fn count(n: usize, what: &str) -> String {
 fn ready(args: &args::Spec, err: &mut dyn Write) -> Result<Option<Ready>, Trouble> {
     let registry = registry();
     let loaded = load(&args.path, &registry)?;
+    ready_of(loaded, registry, args, err)
+}
+
+/// Checks a spec that was loaded, likewise.
+fn ready_of(
+    loaded: Loaded,
+    registry: Registry,
+    args: &args::Spec,
+    err: &mut dyn Write,
+) -> Result<Option<Ready>, Trouble> {
     let sets = match sets(&args.sets, &loaded.project) {
         Ok(sets) => sets,
         Err((message, help)) => {

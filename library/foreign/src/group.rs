@@ -30,6 +30,11 @@ pub fn stop_all() {
     STOPPING.store(true, Ordering::SeqCst);
 }
 
+/// Lets programs run again, once all that were asked to end have.
+pub fn go_on() {
+    STOPPING.store(false, Ordering::SeqCst);
+}
+
 /// Whether programs are to end.
 #[must_use]
 pub fn stopping() -> bool {

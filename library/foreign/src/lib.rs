@@ -13,7 +13,7 @@ mod words;
 use ivx_op::{Parts, Registry};
 use ivx_world::Env;
 
-pub use group::{For, GRACE, Group, LOOK, kill_all, ready, stop_all, stopping};
+pub use group::{For, GRACE, Group, LOOK, go_on, kill_all, ready, stop_all, stopping};
 pub use gymnasium::{Gymnasium, look_up};
 pub use procgen::Procgen;
 pub use words::{TAIL, how, tail};

@@ -29,6 +29,11 @@ pub fn stop_all() {
     ivx_foreign::stop_all();
 }
 
+/// Lets programs run again, once all that were asked to end have.
+pub fn go_on() {
+    ivx_foreign::go_on();
+}
+
 /// Kills every program that runs and removes its folder: for a process that is about to end.
 pub fn abandon_all() {
     ivx_foreign::kill_all();
