@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr());
+    let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
     // Without a handler the command ends at once, and loses nothing but time.
     let handled = ctrlc::set_handler(ivx_cli::interrupt);
     if let Err(error) = handled {

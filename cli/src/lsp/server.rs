@@ -185,7 +185,7 @@ impl Server<'_> {
     /// Asks to be told of files that other programs change.
     fn watch(&self) -> Result<(), Broken> {
         let watcher = |glob: &str| json!({ "globPattern": glob });
-        let watchers = [watcher("**/*.ivx"), watcher("**/results.ron")];
+        let watchers = [watcher("**/*.ivx"), watcher("**/*.ron")];
         let registration = json!({ "registrations": [{
             "id": "files",
             "method": "workspace/didChangeWatchedFiles",
