@@ -50,7 +50,7 @@ fn the_page_counts_the_verdicts_that_are_locked() {
 #[test]
 fn what_desk_found_is_what_is_locked() {
     let read = |path: &str| fs::read_to_string(root().join(path)).expect(path);
-    for chapter in ["ch4"] {
+    for chapter in ["ch3", "ch4"] {
         let locks = Locks::from_ron(&read(&format!("experiments/{chapter}/ivx.lock")));
         let locks = locks.expect("locks read");
         let mut n_claims = 0;
