@@ -41,8 +41,7 @@ fn set(text: &str, project: &Project) -> Result<(String, Lit), (String, String)>
     let Some(first) = matching.first() else {
         let known = declared.iter().flat_map(|own| [own.address.as_str(), own.name]);
         let help = suggest(name, known)
-            .map(String::from)
-            .unwrap_or_else(|| "the spec has no parameters".to_owned());
+            .map_or_else(|| "the spec has no parameters".to_owned(), String::from);
         return Err((format!("no parameter is called `{name}`"), help));
     };
     if matching.len() > 1 {

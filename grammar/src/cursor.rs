@@ -147,8 +147,10 @@ mod tests {
         cursor(&text.replace('|', ""), place)
     }
 
-    /// What is open: bracket and head, the name of the argument, how many commas, and what was named before.
-    fn open(text: &str) -> Vec<(char, String, Option<String>, usize, Vec<String>)> {
+    /// An open bracket: what it is, its head, the name of the argument, how many commas, and what was named before.
+    type Open = (char, String, Option<String>, usize, Vec<String>);
+
+    fn open(text: &str) -> Vec<Open> {
         let around = at(text).around.into_iter();
         around.map(|open| (open.bracket, open.head, open.name, open.index, open.given)).collect()
     }

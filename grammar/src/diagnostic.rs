@@ -14,7 +14,7 @@ pub struct Diagnostic {
     /// How to mend it.
     pub help: Option<String>,
     /// A word at its place, and what would stand there rightly.
-    pub instead: Option<(String, String)>,
+    pub instead: Option<Box<(String, String)>>,
 }
 
 /// A stretch of text and what is to be said about it.

@@ -174,16 +174,22 @@ impl<'a> Finder<'a> {
             ItemKind::Let { params, value, .. } => {
                 for LetParam { name, default, .. } in params.iter().flatten() {
                     self.add(name.span, Means::Declared(name.span, Sort::Local));
-                    default.iter().for_each(|default| self.expr(default));
+                    if let Some(default) = default {
+                        self.expr(default);
+                    }
                     self.locals.insert(&name.value, name.span);
                 }
                 self.expr(value);
                 self.locals.clear();
             }
             ItemKind::Claim { asked, value, within, .. } => {
-                asked.at.iter().for_each(|at| self.expr(at));
+                if let Some(at) = &asked.at {
+                    self.expr(at);
+                }
                 self.expr(value);
-                within.iter().for_each(|within| self.expr(&within.margin));
+                if let Some(within) = within {
+                    self.expr(&within.margin);
+                }
             }
             ItemKind::Experiment { .. } | ItemKind::Junk { .. } => {}
         }

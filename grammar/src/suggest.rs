@@ -12,7 +12,7 @@ pub struct Advice {
     /// In words.
     pub said: String,
     /// A word at the place of the fault, and what would stand there rightly.
-    pub instead: Option<(String, String)>,
+    pub instead: Option<Box<(String, String)>>,
 }
 
 impl Advice {
@@ -54,7 +54,7 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         alike.take(MOST).map(|other| (strsim::damerau_levenshtein(name, other), *other)).min();
     match near {
         Some((distance, other)) if distance <= allowed => {
-            let instead = Some((name.to_owned(), other.to_owned()));
+            let instead = Some(Box::new((name.to_owned(), other.to_owned())));
             Some(Advice { said: format!("did you mean `{other}`?"), instead })
         }
         _ if !known.is_empty() && known.len() <= 13 => {
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn the_nearest_name_is_suggested() {
         let known = ["argmax", "argmin", "sample"];
-        let instead = Some(("agrmax".to_owned(), "argmax".to_owned()));
+        let instead = Some(Box::new(("agrmax".to_owned(), "argmax".to_owned())));
         let said = "did you mean `argmax`?".to_owned();
         assert_eq!(suggest("agrmax", known), Some(Advice { said, instead }));
         assert_eq!(suggest("zzz", known), Some("known here: `argmax`, `argmin`, `sample`".into()));

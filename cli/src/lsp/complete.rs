@@ -246,9 +246,10 @@ fn files(spec: &Path, begun: &str) -> Vec<lsp::CompletionItem> {
     found.sort();
     let shown = |(is_folder, name): (bool, String)| {
         let prefix = if folder.is_empty() { String::new() } else { format!("{folder}/") };
-        let (kind, end) = match is_folder {
-            true => (lsp::CompletionItemKind::Folder, "/"),
-            false => (lsp::CompletionItemKind::File, ""),
+        let (kind, end) = if is_folder {
+            (lsp::CompletionItemKind::Folder, "/")
+        } else {
+            (lsp::CompletionItemKind::File, "")
         };
         named(&format!("{prefix}{name}{end}"), "", kind)
     };
@@ -256,7 +257,7 @@ fn files(spec: &Path, begun: &str) -> Vec<lsp::CompletionItem> {
 }
 
 fn types(registry: &Registry) -> Vec<lsp::CompletionItem> {
-    let mut families: Vec<&str> = registry.decls().filter_map(|decl| decl.family()).collect();
+    let mut families: Vec<&str> = registry.decls().filter_map(Decl::family).collect();
     families.sort_unstable();
     families.dedup();
     let all = TYPES.into_iter().chain(families);

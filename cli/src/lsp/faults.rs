@@ -1,6 +1,6 @@
 //! What is wrong, as an editor shows it, and how it is mended.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use gen_lsp_types as lsp;
@@ -69,7 +69,7 @@ pub(super) fn actions(seen: &Seen, range: lsp::Range, units: Units) -> Vec<lsp::
     here.filter_map(|fault| {
         let (span, with) = mended(text, fault)?;
         let edit = lsp::TextEdit::new(text.range(span, units), with);
-        let changes = HashMap::from([(uri(&seen.paths[0]), vec![edit])]);
+        let changes = [(uri(&seen.paths[0]), vec![edit])].into_iter().collect();
         Some(lsp::CodeAction {
             title: fault.help.clone().unwrap_or_else(|| fault.message.clone()),
             kind: Some(lsp::CodeActionKind::QuickFix),
@@ -86,7 +86,7 @@ pub(super) fn actions(seen: &Seen, range: lsp::Range, units: Units) -> Vec<lsp::
 fn mended(text: &Text, fault: &Diagnostic) -> Option<(Span, String)> {
     let span = fault.labels.first()?.span;
     let said = text.of(span);
-    if let Some((wrong, right)) = &fault.instead {
+    if let Some((wrong, right)) = fault.instead.as_deref() {
         let at = word_in(said, wrong)?;
         let start = span.start + u32::try_from(at).ok()?;
         let end = start + u32::try_from(wrong.len()).ok()?;

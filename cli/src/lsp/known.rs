@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use ivx_cache::Cache;
@@ -52,6 +53,9 @@ impl Question {
     }
 }
 
+/// How long nothing is asked before anything is answered.
+const QUIET: Duration = Duration::from_millis(200);
+
 /// Answers questions on a thread of its own, of each spec the last one.
 pub(super) fn answers() -> (Sender<Question>, Receiver<(PathBuf, Known)>) {
     let (ask, asked) = unbounded::<Question>();
@@ -59,7 +63,10 @@ pub(super) fn answers() -> (Sender<Question>, Receiver<(PathBuf, Known)>) {
     thread::spawn(move || {
         while let Ok(first) = asked.recv() {
             let mut last = BTreeMap::from([(first.path.clone(), first)]);
-            last.extend(asked.try_iter().map(|question| (question.path.clone(), question)));
+            // Who types is not slowed down by what is asked beside.
+            while let Ok(next) = asked.recv_timeout(QUIET) {
+                last.insert(next.path.clone(), next);
+            }
             for (path, question) in last {
                 if tell.send((path, known(&question))).is_err() {
                     return;

@@ -1,6 +1,6 @@
 //! Where names are declared and used, in all specs of a project, and how they are given others.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -175,13 +175,14 @@ pub(super) fn rename(
     if taken.iter().any(|(known, span, _)| known == name && *span != declared) {
         return Err(format!("`{name}` is declared already"));
     }
-    let mut changes: HashMap<lsp::Uri, Vec<lsp::TextEdit>> = HashMap::new();
+    let mut changes: BTreeMap<PathBuf, Vec<lsp::TextEdit>> = BTreeMap::new();
     everywhere(seen, at, open, registry, |seen, mention| {
         let (file, span) = (mention.span.file as usize, mention.span);
         if seen.texts[file].of(span) == old {
             let edit = lsp::TextEdit::new(seen.texts[file].range(span, units), name.to_owned());
-            changes.entry(uri(&seen.paths[file])).or_default().push(edit);
+            changes.entry(seen.paths[file].clone()).or_default().push(edit);
         }
     });
+    let changes = changes.into_iter().map(|(path, edits)| (uri(&path), edits)).collect();
     Ok(lsp::WorkspaceEdit::new(Some(changes), None, None))
 }

@@ -71,7 +71,7 @@ pub(super) fn folds(seen: &Seen, units: Units) -> Vec<lsp::FoldingRange> {
     while let Some(item) = items.pop() {
         let range = seen.text().range(item.span, units);
         // The line of the last bracket stays in sight.
-        let last = if seen.text().of(item.span).ends_with(['}', ')', ']']) { 1 } else { 0 };
+        let last = u32::from(seen.text().of(item.span).ends_with(['}', ')', ']']));
         let end = range.end.line.saturating_sub(last);
         folds.extend(fold(range.start.line, end, None));
         if let ItemKind::Experiment { items: inside, .. } = &item.kind {

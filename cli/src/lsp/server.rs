@@ -331,7 +331,7 @@ impl Server<'_> {
 
     fn answer(&self, request: Request) -> Response {
         let Request { id, method, params } = request;
-        match self.answered(&method, params) {
+        match self.answered(&method, &params) {
             Ok(Some(result)) => Response::new_ok(id, result),
             Ok(None) => {
                 let message = format!("`{method}` is not known here");
@@ -342,7 +342,7 @@ impl Server<'_> {
     }
 
     /// The answer to a request; none where it is of no kind that is known.
-    fn answered(&self, method: &str, params: Value) -> Result<Option<Value>, String> {
+    fn answered(&self, method: &str, params: &Value) -> Result<Option<Value>, String> {
         let units = self.units;
         // Of a text that is not open, nothing is known.
         let uri = params.pointer("/textDocument/uri").or_else(|| params.get("uri"));

@@ -29,7 +29,7 @@ experiment gaps {
 "#;
 
 /// How long a message is waited for: longer than anything takes, since nothing is measured here.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_mins(2);
 
 struct Editor {
     connection: Option<Connection>,

@@ -21,7 +21,7 @@ impl Library<'_> {
         }
         let meant = synonyms(name);
         if let Some(own) = meant.iter().find(|meant| names.contains(meant)) {
-            let instead = Some((name.to_owned(), (*own).to_owned()));
+            let instead = Some(Box::new((name.to_owned(), (*own).to_owned())));
             return Some(Advice { said: format!("it is called `{own}` here"), instead });
         }
         // The argument may be one of a part that the call takes.
