@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
@@ -10,7 +11,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use ivx_cache::Cache;
 use ivx_engine::address::{parts, stem};
 use ivx_engine::{Foreseen, Results, expand, foresee, platform};
-use ivx_grammar::ir::Spec;
+use ivx_grammar::check::Look;
 use ivx_library::registry;
 
 use super::seen::Seen;
@@ -40,7 +41,7 @@ pub(super) struct Question {
     root: PathBuf,
     /// The name of its run.
     name: String,
-    spec: Spec,
+    look: Arc<Look>,
 }
 
 impl Question {
@@ -48,8 +49,8 @@ impl Question {
     pub(super) fn of(path: PathBuf, seen: &Seen) -> Self {
         let loaded = &seen.loaded;
         let below = loaded.spec.strip_prefix(&loaded.root).unwrap_or(&loaded.spec);
-        let (root, spec) = (loaded.root.clone(), seen.look.spec.clone());
-        Self { path, root, name: place::name(below, ""), spec }
+        let (root, look) = (loaded.root.clone(), Arc::clone(&seen.look));
+        Self { path, root, name: place::name(below, ""), look }
     }
 }
 
@@ -91,7 +92,7 @@ fn known(question: &Question) -> Known {
 /// The nodes of each name. Of a cache that cannot be read nothing is known.
 fn nodes(question: &Question) -> BTreeMap<String, Nodes> {
     let registry = registry();
-    let plan = expand(&question.spec, &registry);
+    let plan = expand(&question.look.spec, &registry);
     let cache = Cache::look(&project::cache(&question.root), &platform());
     let foreseen = cache.map(|cache| foresee(&plan, &registry, &cache)).unwrap_or_default();
     let mut nodes: BTreeMap<String, Nodes> = BTreeMap::new();

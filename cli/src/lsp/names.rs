@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use gen_lsp_types as lsp;
 use ivx_grammar::{Means, Mention, Sort, Span, is_name, names_at};
@@ -64,7 +65,7 @@ pub(super) fn references(
     seen: &Seen,
     at: usize,
     open: &Texts,
-    registry: &Registry,
+    registry: &Rc<Registry>,
     units: Units,
 ) -> Vec<lsp::Location> {
     let mut found = Vec::new();
@@ -79,7 +80,7 @@ fn everywhere(
     seen: &Seen,
     at: usize,
     open: &Texts,
-    registry: &Registry,
+    registry: &Rc<Registry>,
     mut show: impl FnMut(&Seen, &Mention),
 ) {
     let Some(wanted) = seen.mention(at).and_then(|mention| target(seen, &mention.means)) else {
@@ -87,7 +88,7 @@ fn everywhere(
     };
     let mut shown: BTreeSet<(PathBuf, u32)> = BTreeSet::new();
     let mut within = |seen: &Seen| {
-        for mention in &seen.mentions {
+        for mention in seen.mentions() {
             let path = &seen.paths[mention.span.file as usize];
             if target(seen, &mention.means).as_ref() == Some(&wanted)
                 && shown.insert((path.clone(), mention.span.start))
@@ -159,7 +160,7 @@ pub(super) fn rename(
     seen: &Seen,
     at: usize,
     name: &str,
-    (open, registry, units): (&Texts, &Registry, Units),
+    (open, registry, units): (&Texts, &Rc<Registry>, Units),
 ) -> Result<lsp::WorkspaceEdit, String> {
     renamed(seen, at, units)?;
     let mention = seen.mention(at).ok_or("there is no name here")?;

@@ -102,7 +102,7 @@ fn fold(start: u32, end: u32, kind: Option<lsp::FoldingRangeKind>) -> Option<lsp
 pub(super) fn tokens(seen: &Seen, units: Units) -> lsp::SemanticTokens {
     let mut last = lsp::Position::new(0, 0);
     let mut data = Vec::new();
-    for mention in seen.mentions.iter().filter(|mention| mention.span.file == 0) {
+    for mention in seen.mentions().iter().filter(|mention| mention.span.file == 0) {
         let Some((kind, modifiers)) = kind(&mention.means, mention.span) else { continue };
         let range = seen.text().range(mention.span, units);
         // A name stands on one line; what stands where another does is of a fault.

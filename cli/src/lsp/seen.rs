@@ -1,6 +1,9 @@
 //! What is known of a spec as it stands in the editor.
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
 
 use ivx_grammar::ast::{Ast, Item, ItemKind};
 use ivx_grammar::check::{Look, Settings, Value, look, runs};
@@ -13,10 +16,11 @@ use crate::load::{Loaded, Texts, load_open};
 
 /// A spec, checked.
 pub(super) struct Seen {
+    registry: Rc<Registry>,
     pub(super) loaded: Loaded,
-    pub(super) look: Look,
-    /// What is named, in order of place.
-    pub(super) mentions: Vec<Mention>,
+    pub(super) look: Arc<Look>,
+    /// What is named, once somebody asks.
+    mentions: OnceCell<Vec<Mention>>,
     /// What is wrong with its texts and with what they say.
     pub(super) faults: Vec<Diagnostic>,
     /// Where its files lie, the spec first.
@@ -28,10 +32,9 @@ pub(super) struct Seen {
 /// Reads and checks a spec.
 ///
 /// - `open`: the texts of files that are open in the editor.
-pub(super) fn see(path: &Path, open: &Texts, registry: &Registry) -> Result<Seen, Trouble> {
+pub(super) fn see(path: &Path, open: &Texts, registry: &Rc<Registry>) -> Result<Seen, Trouble> {
     let loaded = load_open(path, registry, open)?;
-    let look = look(&loaded.project, registry, &Settings::default());
-    let mentions = mentions(&loaded.project, registry);
+    let look = Arc::new(look(&loaded.project, registry, &Settings::default()));
     // Of text that does not read, warnings would be noise.
     let whole = runs(&loaded.diagnostics);
     let found = look.diagnostics.iter();
@@ -40,7 +43,8 @@ pub(super) fn see(path: &Path, open: &Texts, registry: &Registry) -> Result<Seen
     let files = &loaded.project.files;
     let paths = files.iter().map(|file| loaded.root.join(&file.path)).collect();
     let texts = files.iter().map(|file| Text::new(file.text.clone())).collect();
-    Ok(Seen { loaded, look, mentions, faults, paths, texts })
+    let registry = Rc::clone(registry);
+    Ok(Seen { registry, loaded, look, mentions: OnceCell::new(), faults, paths, texts })
 }
 
 impl Seen {
@@ -53,6 +57,11 @@ impl Seen {
         &self.loaded.project.files[0].ast
     }
 
+    /// What is named, in order of place.
+    pub(super) fn mentions(&self) -> &[Mention] {
+        self.mentions.get_or_init(|| mentions(&self.loaded.project, &self.registry))
+    }
+
     /// Whether it can run.
     pub(super) fn runs(&self) -> bool {
         runs(&self.faults)
@@ -60,7 +69,7 @@ impl Seen {
 
     /// What is named in the spec's own text at a byte, or just before it.
     pub(super) fn mention(&self, at: usize) -> Option<&Mention> {
-        let own = self.mentions.iter().filter(|mention| mention.span.file == 0);
+        let own = self.mentions().iter().filter(|mention| mention.span.file == 0);
         let mut there = own.filter(|mention| holds(mention.span, at));
         there.next_back()
     }
@@ -87,7 +96,7 @@ impl Seen {
     /// Where a label of an axis is declared, if it is written.
     pub(super) fn label(&self, axis: Span, label: &str) -> Option<Span> {
         let mut own = self
-            .mentions
+            .mentions()
             .iter()
             .filter(|mention| mention.span.file == axis.file && mention.span.start > axis.start);
         let same = |mention: &&Mention| matches!(&mention.means, Means::Label(of, text) if *of == axis && text == label);

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, select};
 use gen_lsp_types as lsp;
@@ -47,7 +48,7 @@ pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
     let (ask, told) = answers();
     let mut server = Server {
         sender: &connection.sender,
-        registry: registry(),
+        registry: Rc::new(registry()),
         units,
         open: BTreeMap::new(),
         seen: BTreeMap::new(),
@@ -120,7 +121,7 @@ struct Open {
 
 struct Server<'c> {
     sender: &'c Sender<Message>,
-    registry: Registry,
+    registry: Rc<Registry>,
     units: Units,
     /// By the path with its links resolved.
     open: BTreeMap<PathBuf, Open>,
@@ -271,13 +272,15 @@ impl Server<'_> {
             return Ok(());
         }
         let texts = self.texts();
+        // What is not needed any more is taken apart once the editor knows.
+        let mut old = Vec::new();
         for path in std::mem::take(&mut self.changed) {
             // A text that cannot be read any more is seen as it was.
             let Ok(seen) = see(&path, &texts, &self.registry) else { continue };
             if seen.runs() {
                 self.ask.send(Question::of(path.clone(), &seen))?;
             }
-            self.seen.insert(path, seen);
+            old.extend(self.seen.insert(path, seen));
         }
         self.publish()
     }
