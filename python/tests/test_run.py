@@ -99,8 +99,11 @@ experiment e {{
     (project / "slow.sh").write_text(
         'trap \'sleep 0.3; : > "$1.ended"; exit 1\' TERM\n: > "$1.began"\nwhile :; do :; done\n'
     )
+    # Who starts the tests may have told its children to ignore it, as shells do in the background.
     script = textwrap.dedent("""
+        import signal
         import ivx
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
             ivx.run("e.ivx")
         except KeyboardInterrupt:
