@@ -193,7 +193,7 @@ fn items<'a>(items_of: &'a [Item], todo: &mut Vec<&'a Expr>) {
 }
 
 /// The expressions directly inside one.
-fn children<'a>(expr: &'a Expr, todo: &mut Vec<&'a Expr>) {
+pub(crate) fn children<'a>(expr: &'a Expr, todo: &mut Vec<&'a Expr>) {
     match &expr.kind {
         ExprKind::List(items) => todo.extend(items),
         ExprKind::Record(fields) | ExprKind::Call { args: fields, .. } => {

@@ -6,6 +6,7 @@ use ivx_op::Registry;
 
 use crate::ast::{AxisExpr, Expr, ExprKind, Item, ItemKind, LetParam, Name};
 use crate::check::{Project, Scopes};
+use crate::external::children;
 use crate::{Span, Spanned};
 
 /// A place that names something.
@@ -249,7 +250,7 @@ impl<'a> Finder<'a> {
                 ExprKind::Name(name) => self.name(name, expr.span),
                 ExprKind::Call { name, args } => {
                     self.call(name, args);
-                    todo.extend(args.iter().map(|(_, value)| value));
+                    children(expr, &mut todo);
                 }
                 ExprKind::Select { base, at } => {
                     todo.push(base);
@@ -272,21 +273,10 @@ impl<'a> Finder<'a> {
                     }
                 }
                 ExprKind::Field { base, name } => {
-                    todo.push(base);
                     self.field(base, name);
+                    children(expr, &mut todo);
                 }
-                ExprKind::List(items) => todo.extend(items),
-                ExprKind::Record(fields) => todo.extend(fields.iter().map(|(_, value)| value)),
-                ExprKind::Range { from, to } => {
-                    todo.extend(from.iter().chain(to).map(|end| &**end));
-                }
-                ExprKind::Negate(inner) => todo.push(inner),
-                ExprKind::Binary { left, right, .. } => todo.extend([&**left, &**right]),
-                ExprKind::Bool(_)
-                | ExprKind::Int(_)
-                | ExprKind::Float(_)
-                | ExprKind::Str(_)
-                | ExprKind::Junk => {}
+                _ => children(expr, &mut todo),
             }
         }
     }

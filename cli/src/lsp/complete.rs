@@ -31,11 +31,13 @@ const ITEMS: [(&str, &str); 12] = [
 const TYPES: [&str; 5] = ["Bool", "Int", "Float", "Str", "List"];
 
 /// What can be written at a byte of the spec's own text.
+///
+/// - `snippets`: whether the editor goes from gap to gap of what it writes.
 pub(super) fn complete(
     seen: &Seen,
     registry: &Registry,
     at: usize,
-    units: Units,
+    (units, snippets): (Units, bool),
 ) -> Vec<lsp::CompletionItem> {
     let text = seen.text();
     let here = cursor(&text.text, at);
@@ -45,7 +47,10 @@ pub(super) fn complete(
     let range = lsp::Range::new(text.position(here.start, units), text.position(at, units));
     let mut items = offered(seen, registry, &here, at);
     for (rank, item) in items.iter_mut().enumerate() {
-        let with = item.insert_text.take().unwrap_or_else(|| item.label.clone());
+        let mut with = item.insert_text.take().unwrap_or_else(|| item.label.clone());
+        if item.insert_text_format.is_some() && !snippets {
+            (with, item.insert_text_format) = (item.label.clone(), None);
+        }
         item.text_edit = Some(lsp::TextEdit::new(range, with).into());
         item.sort_text = Some(format!("{rank:05}"));
     }

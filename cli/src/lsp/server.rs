@@ -41,10 +41,7 @@ pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
     let about = json!({ "name": "ivx", "version": version });
     let told = json!({ "capabilities": capabilities(units), "serverInfo": about });
     connection.initialize_finish(id, told)?;
-    let watches = params.capabilities.workspace.as_ref().is_some_and(|workspace| {
-        let watched = workspace.did_change_watched_files.as_ref();
-        watched.and_then(|watched| watched.dynamic_registration) == Some(true)
-    });
+    let can = Can::of(&params.capabilities);
     let (ask, told) = answers();
     let mut server = Server {
         sender: &connection.sender,
@@ -57,11 +54,36 @@ pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
         changed: BTreeSet::new(),
         told_of: BTreeMap::new(),
         ask,
+        can,
+        n_asked: 0,
     };
-    if watches {
+    if can.watch {
         server.watch()?;
     }
     server.run(connection, &told)
+}
+
+/// What the editor can do that not every one can.
+#[derive(Clone, Copy)]
+struct Can {
+    /// Tell of files that other programs change.
+    watch: bool,
+    /// Show anew what stands beside a text.
+    refresh: bool,
+    /// Go from gap to gap of what it writes.
+    snippets: bool,
+}
+
+impl Can {
+    fn of(capabilities: &lsp::ClientCapabilities) -> Self {
+        let told = serde_json::to_value(capabilities).unwrap_or_default();
+        let can = |path: &str| told.pointer(path) == Some(&Value::Bool(true));
+        Self {
+            watch: can("/workspace/didChangeWatchedFiles/dynamicRegistration"),
+            refresh: can("/workspace/inlayHint/refreshSupport"),
+            snippets: can("/textDocument/completion/completionItem/snippetSupport"),
+        }
+    }
 }
 
 /// What the server can do.
@@ -135,6 +157,9 @@ struct Server<'c> {
     /// What the editor was told to be wrong with each file.
     told_of: BTreeMap<PathBuf, Vec<lsp::Diagnostic>>,
     ask: Sender<Question>,
+    can: Can,
+    /// How often the editor was asked something.
+    n_asked: i32,
 }
 
 impl Server<'_> {
@@ -184,7 +209,7 @@ impl Server<'_> {
     }
 
     /// Asks to be told of files that other programs change.
-    fn watch(&self) -> Result<(), Broken> {
+    fn watch(&mut self) -> Result<(), Broken> {
         let watcher = |glob: &str| json!({ "globPattern": glob });
         let watchers = [watcher("**/*.ivx"), watcher("**/*.ron")];
         let registration = json!({ "registrations": [{
@@ -195,9 +220,9 @@ impl Server<'_> {
         self.request("client/registerCapability", registration)
     }
 
-    fn request(&self, method: &str, params: Value) -> Result<(), Broken> {
-        let id = method.to_owned().into();
-        let request = Request { id, method: method.to_owned(), params };
+    fn request(&mut self, method: &str, params: Value) -> Result<(), Broken> {
+        self.n_asked += 1;
+        let request = Request { id: self.n_asked.into(), method: method.to_owned(), params };
         Ok(self.sender.send(request.into())?)
     }
 
@@ -329,7 +354,10 @@ impl Server<'_> {
             return Ok(());
         }
         self.known.insert(path, known);
-        self.request("workspace/inlayHint/refresh", Value::Null)
+        if self.can.refresh {
+            self.request("workspace/inlayHint/refresh", Value::Null)?;
+        }
+        Ok(())
     }
 
     fn answer(&self, request: Request) -> Response {
@@ -363,7 +391,9 @@ impl Server<'_> {
         };
         let found = match method {
             "textDocument/hover" => written(&hover(seen, known, &self.registry, at(seen)?, units)),
-            "textDocument/completion" => written(&complete(seen, &self.registry, at(seen)?, units)),
+            "textDocument/completion" => {
+                written(&complete(seen, &self.registry, at(seen)?, (units, self.can.snippets)))
+            }
             "textDocument/definition" => written(&definition(seen, at(seen)?, units)),
             "textDocument/references" => {
                 let texts = self.texts();

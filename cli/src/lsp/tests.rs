@@ -42,7 +42,12 @@ struct Editor {
 
 impl Editor {
     fn new() -> Self {
-        Self::speaking(&json!({ "general": { "positionEncodings": ["utf-16"] } })).0
+        Self::speaking(&json!({
+            "general": { "positionEncodings": ["utf-16"] },
+            "workspace": { "inlayHint": { "refreshSupport": true } },
+            "textDocument": { "completion": { "completionItem": { "snippetSupport": true } } },
+        }))
+        .0
     }
 
     /// One that can do this, and what the server said it can.
@@ -465,6 +470,12 @@ fn odd_texts_and_questions_are_answered() {
             }
         }
     }
+    // Who cannot go from gap to gap is given words alone.
+    let text = "edition \"2026\"\nlet a = argm\n";
+    editor.open("plain.ivx", text);
+    let offered = editor.at("textDocument/completion", "plain.ivx", text, "argm");
+    let own = offered.as_array().expect("a list").iter().find(|item| item["label"] == "argmax");
+    assert_eq!(own.expect("it is offered")["textEdit"]["newText"], "argmax");
     // What is not open, not a file, or nothing that is known.
     assert_eq!(editor.of("textDocument/hover", "none.ivx"), Value::Null);
     let params = json!({ "textDocument": { "uri": "untitled:Untitled-1" }, "position": { "line": 0, "character": 0 } });
