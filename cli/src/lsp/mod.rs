@@ -22,7 +22,7 @@ use gen_lsp_types as lsp;
 use lsp_server::Connection;
 use percent_encoding::{AsciiSet, CONTROLS, percent_decode_str, utf8_percent_encode};
 
-use crate::{OK, Trouble};
+use crate::{OK, Trouble, project};
 
 /// Serves one editor over standard input and output, until it says that it is done.
 pub(crate) fn lsp() -> Result<u8, Trouble> {
@@ -62,12 +62,12 @@ fn uri(path: &Path) -> lsp::Uri {
     lsp::Uri(format!("file://{root}{}", utf8_percent_encode(&path, WRITTEN)))
 }
 
-/// The file at an address; none where it is of another kind, such as a text that was never saved.
+/// The file at an address, links resolved as far as it is there; none where it is of another kind, such as a text that was never saved.
 fn path(uri: &lsp::Uri) -> Option<PathBuf> {
     let rest = uri.0.strip_prefix("file://")?;
     let from = rest.find('/')?;
     let path = percent_decode_str(&rest[from..]).decode_utf8().ok()?;
     // `/c:/x` is `c:/x`.
     let drive = path.as_bytes().get(2) == Some(&b':');
-    Some(PathBuf::from(if drive { &path[1..] } else { &path }))
+    Some(project::real(Path::new(if drive { &path[1..] } else { &*path })))
 }

@@ -25,7 +25,6 @@ use super::seen::{Seen, see};
 use super::text::{Text, Units};
 use super::{path, uri};
 use crate::load::Texts;
-use crate::project;
 
 /// What goes wrong between server and editor.
 type Broken = Box<dyn std::error::Error + Send + Sync>;
@@ -232,7 +231,6 @@ impl Server<'_> {
                 let lsp::DidOpenTextDocumentParams { text_document: own } =
                     serde_json::from_value(note.params)?;
                 let Some(path) = path(&own.uri) else { return Ok(()) };
-                let path = project::real(&path);
                 let open = Open { uri: own.uri, version: own.version, text: Text::new(own.text) };
                 self.open.insert(path.clone(), open);
                 self.touch(&path);
@@ -241,7 +239,6 @@ impl Server<'_> {
                 let lsp::DidChangeTextDocumentParams { text_document: own, content_changes } =
                     serde_json::from_value(note.params)?;
                 let Some(path) = path(&own.text_document_identifier.uri) else { return Ok(()) };
-                let path = project::real(&path);
                 let Some(open) = self.open.get_mut(&path) else { return Ok(()) };
                 open.version = own.version;
                 for change in content_changes {
@@ -261,7 +258,6 @@ impl Server<'_> {
                 let lsp::DidCloseTextDocumentParams { text_document } =
                     serde_json::from_value(note.params)?;
                 let Some(path) = path(&text_document.uri) else { return Ok(()) };
-                let path = project::real(&path);
                 self.touch(&path);
                 self.open.remove(&path);
                 self.seen.remove(&path);
@@ -378,7 +374,6 @@ impl Server<'_> {
         // Of a text that is not open, nothing is known.
         let uri = params.pointer("/textDocument/uri").or_else(|| params.get("uri"));
         let own = uri.and_then(Value::as_str).and_then(|uri| path(&lsp::Uri(uri.to_owned())));
-        let own = own.map(|path| project::real(&path));
         let seen = own.as_ref().and_then(|path| self.seen.get(path));
         let known = own.as_ref().and_then(|path| self.known.get(path)).unwrap_or(&self.unknown);
         let at = |seen: &Seen| -> Result<usize, String> {

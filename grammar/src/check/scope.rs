@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Project;
 use super::axis::SEED;
 use crate::ast::{Expr, Item, ItemKind, LetParam, Name};
-use crate::{Code, Diagnostic, suggest};
+use crate::{Code, Diagnostic, declares, suggest};
 
 /// Names of other files: the file's scope, the name there, and where it was taken.
 type Imports<'a> = BTreeMap<&'a str, (usize, &'a str, Option<crate::Span>)>;
@@ -324,15 +324,7 @@ fn seed_renamed(item: &Item, new: &str, span: crate::Span) -> Option<Diagnostic>
 
 /// The name that expressions can use for what an item declares.
 pub(super) fn name_of(item: &Item) -> Option<&Name> {
-    match &item.kind {
-        ItemKind::Param { name, .. }
-        | ItemKind::Axis { name, .. }
-        | ItemKind::Let { name, .. }
-        | ItemKind::Measure { name, .. }
-        | ItemKind::Published { name, .. }
-        | ItemKind::Experiment { name, .. } => Some(name),
-        _ => None,
-    }
+    declares(item).map(|(name, _)| name)
 }
 
 /// A name declared twice.
