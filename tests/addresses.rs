@@ -42,7 +42,7 @@ proptest! {
             labels.join(", "), files[0], files[1], claim,
         );
         let (ast, faults) = parse(&spec, 0);
-        let file = File { path: "e.ivx".into(), stem: "e".into(), text: spec.clone(), ast, ..File::default() };
+        let file = File { path: "e.ivx".into(), stem: "e".into(), text: spec.clone(), ast: ast.into(), ..File::default() };
         let registry = ivx_library::registry();
         let (ir, more) = check(&Project { files: vec![file] }, &registry, &Settings::default());
         assert!(claim.trim().is_empty() || runs(&faults) && runs(&more), "{more:?}\n{spec}");

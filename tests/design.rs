@@ -263,7 +263,7 @@ fn nodes(name: &str, text: &str, profile: &str, texts: &[(&str, &str)]) -> Vec<(
         path: name.to_owned(),
         stem: Path::new(name).file_stem().expect("a name").to_string_lossy().into_owned(),
         text: text.to_owned(),
-        ast,
+        ast: ast.into(),
         texts: texts.collect(),
         ..File::default()
     };

@@ -452,7 +452,7 @@ pub(crate) fn plan(texts: &[String], registry: &Registry) -> Plan {
             path: format!("{stem}.ivx"),
             stem,
             text: text.clone(),
-            ast,
+            ast: ast.into(),
             links,
             ..File::default()
         }

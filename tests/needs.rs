@@ -19,7 +19,7 @@ experiment e {
 fn planned() -> (Plan, ivx_op::Registry) {
     let (ast, faults) = parse(SPEC, 0);
     let (path, stem) = ("e.ivx".to_owned(), "e".to_owned());
-    let file = File { path, stem, text: SPEC.to_owned(), ast, ..File::default() };
+    let file = File { path, stem, text: SPEC.to_owned(), ast: ast.into(), ..File::default() };
     let registry = ivx_library::registry();
     let (ir, more) = check(&Project { files: vec![file] }, &registry, &Settings::default());
     assert!(runs(&faults) && runs(&more), "{more:?}");

@@ -25,7 +25,7 @@ pub(crate) fn run(text: &str, registry: &Registry) {
         path: "spec.ivx".to_owned(),
         stem: "spec".to_owned(),
         text: text.to_owned(),
-        ast,
+        ast: ast.into(),
         ..File::default()
     };
     let mut project = Project { files: vec![file] };

@@ -203,7 +203,7 @@ fn checked(text: &str) -> (Spec, Vec<Diagnostic>) {
         path: "toys.ivx".to_owned(),
         stem: "toys".to_owned(),
         text: text.to_owned(),
-        ast,
+        ast: ast.into(),
         ..File::default()
     };
     let project = Project { files: vec![file] };

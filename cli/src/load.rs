@@ -7,9 +7,11 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use ivx_cache::Digest;
-use ivx_grammar::ast::{Item, ItemKind};
+use ivx_grammar::ast::{Ast, Item, ItemKind};
 use ivx_grammar::check::{File, Project};
-use ivx_grammar::{Code, Diagnostic, Outside, Spanned, externals, known_as, parse, suggest};
+use ivx_grammar::{
+    Code, Diagnostic, Outside, Spanned, externals, known_as, parse, parse_again, suggest,
+};
 use ivx_library::command;
 use ivx_op::{Content, External, ExternalKind, Fields, Lit, Literal as _, Registry};
 
@@ -37,19 +39,31 @@ pub(crate) struct Loaded {
 /// # Errors
 /// If the spec itself cannot be read. Other files that cannot are diagnostics.
 pub(crate) fn load(spec: &Path, registry: &Registry) -> Result<Loaded, Trouble> {
-    load_open(spec, registry, &Texts::new())
+    load_open(spec, registry, &Open { texts: BTreeMap::new(), parsed: &Parsed::new() })
 }
 
-/// Texts that count instead of those on the disk, by the path with its links resolved.
-pub(crate) type Texts = BTreeMap<PathBuf, String>;
+/// What an editor has of files, by the path with its links resolved.
+pub(crate) struct Open<'a> {
+    /// Texts that count instead of those on the disk.
+    pub(crate) texts: BTreeMap<&'a Path, &'a str>,
+    /// Earlier texts, of which most stays as it was.
+    pub(crate) parsed: &'a Parsed,
+}
+
+/// Texts that parsed without a fault, and their trees.
+pub(crate) type Parsed = BTreeMap<PathBuf, (String, Arc<Ast>)>;
 
 /// The same, where some files are open in an editor.
-pub(crate) fn load_open(spec: &Path, registry: &Registry, open: &Texts) -> Result<Loaded, Trouble> {
+pub(crate) fn load_open(
+    spec: &Path,
+    registry: &Registry,
+    open: &Open<'_>,
+) -> Result<Loaded, Trouble> {
     let unread = |error: std::io::Error| {
         let (path, why) = (spec.display().to_string(), no_spec(spec, &error));
         Trouble::Spec { path, why }
     };
-    let path = match open.get(spec) {
+    let path = match open.texts.get(spec) {
         Some(_) => spec.to_owned(),
         None => fs::canonicalize(spec).map_err(unread)?,
     };
@@ -63,7 +77,7 @@ pub(crate) fn load_open(spec: &Path, registry: &Registry, open: &Texts) -> Resul
             read: Read::new(),
         },
         registry,
-        texts: open,
+        from: open,
         search: std::env::var_os("PATH").unwrap_or_default(),
         known: BTreeMap::new(),
         open: Vec::new(),
@@ -84,7 +98,7 @@ pub(crate) fn load_open(spec: &Path, registry: &Registry, open: &Texts) -> Resul
 struct Loader<'a> {
     loaded: Loaded,
     registry: &'a Registry,
-    texts: &'a Texts,
+    from: &'a Open<'a>,
     /// Where programs are looked for.
     search: OsString,
     known: BTreeMap<PathBuf, usize>,
@@ -97,7 +111,11 @@ struct Loader<'a> {
 impl Loader<'_> {
     fn file(&mut self, path: &Path, text: String) -> usize {
         let index = self.loaded.project.files.len();
-        let (ast, faults) = parse(&text, u32::try_from(index).expect("files are few"));
+        let number = u32::try_from(index).expect("files are few");
+        let (ast, faults) = match self.from.parsed.get(path) {
+            Some((before, ast)) => parse_again(&text, number, (before, ast)),
+            None => parse(&text, number),
+        };
         self.loaded.diagnostics.extend(faults);
         let shown = self.shown(path);
         let named: Vec<Spanned<String>> = ast
@@ -115,7 +133,7 @@ impl Loader<'_> {
             path: shown,
             stem,
             text,
-            ast,
+            ast: ast.into(),
             links: BTreeMap::new(),
             texts: BTreeMap::new(),
             externals: BTreeMap::new(),
@@ -197,7 +215,7 @@ impl Loader<'_> {
 
     /// What the file at `path` says.
     fn read(&self, path: &Path) -> std::io::Result<String> {
-        self.texts.get(path).map_or_else(|| source::text(path), |text| Ok(text.clone()))
+        self.from.texts.get(path).map_or_else(|| source::text(path), |text| Ok((*text).to_owned()))
     }
 
     /// The text of the file at `path`, which the spec calls so.

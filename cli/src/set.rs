@@ -125,7 +125,7 @@ mod tests {
             path: "x.ivx".to_owned(),
             stem: "x".to_owned(),
             text: TEXT.to_owned(),
-            ast,
+            ast: ast.into(),
             links: [].into(),
             texts: [].into(),
             externals: [].into(),

@@ -108,7 +108,8 @@ impl Experiment {
         let registry = Registry::default().op::<Leaf>().op::<Wide>().op::<Slow>().op::<Total>();
         let (ast, faults) = parse(SPEC, 0);
         assert_eq!(faults, []);
-        let file = File { stem: "faults".into(), text: SPEC.into(), ast, ..File::default() };
+        let file =
+            File { stem: "faults".into(), text: SPEC.into(), ast: ast.into(), ..File::default() };
         let project = Project { files: vec![file] };
         let (spec, faults) = check(&project, &registry, &Settings::default());
         assert_eq!(faults, []);

@@ -28,6 +28,6 @@ pub use external::{Outside, externals, known_as};
 pub use format::format;
 pub use literal::parse_literal;
 pub use mention::{Means, Mention, Sort, declares, mentions, names_at};
-pub use parse::{is_name, parse};
+pub use parse::{is_name, parse, parse_again};
 pub use span::{Span, Spanned};
 pub use suggest::{Advice, suggest};

@@ -358,7 +358,8 @@ mod tests {
     /// What each mention of a file means: `text → where it is declared, or what it is`.
     fn told(text: &str) -> String {
         let (ast, _) = parse(text, 0);
-        let file = File { text: text.to_owned(), ast, stem: "a".into(), ..File::default() };
+        let file =
+            File { text: text.to_owned(), ast: ast.into(), stem: "a".into(), ..File::default() };
         let project = Project { files: vec![file] };
         let mut told = String::new();
         let line = |span: Span| text[..span.start as usize].matches('\n').count() + 1;

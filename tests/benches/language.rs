@@ -67,7 +67,7 @@ fn row(text: &str, registry: &Registry) {
     let ((ast, faults), parsing) = fastest(|| parse(text, 0));
     assert_eq!(faults, [], "what is generated parses");
     let (path, stem) = ("spec.ivx".to_owned(), "spec".to_owned());
-    let file = File { path, stem, text: text.to_owned(), ast, ..File::default() };
+    let file = File { path, stem, text: text.to_owned(), ast: ast.into(), ..File::default() };
     let (project, settings) = (Project { files: vec![file] }, Settings::default());
     let ((spec, faults), checking) = fastest(|| check(&project, registry, &settings));
     assert!(runs(&faults), "what is generated is sound: {:?}", faults.first());

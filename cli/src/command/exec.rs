@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
@@ -10,7 +11,6 @@ use ivx_engine::{
     Listen, Lock, Locks, Options, Outcome, Plan, Registration, Report, Results, expand, page,
     platform, report, schedule, wanted,
 };
-use ivx_grammar::ast::Ast;
 use ivx_library::registry;
 use ivx_op::Outcome as Verdict;
 use serde_json::json;
@@ -91,7 +91,7 @@ pub(super) fn once(
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
-        file.ast = Ast::default();
+        file.ast = Arc::default();
     }
     let plan = expand(&ready.spec, &ready.registry);
     let unclaimed = measured::unclaimed(&ready.spec);

@@ -12,7 +12,7 @@ use ivx_op::Registry;
 use super::seen::{Seen, see};
 use super::text::Units;
 use super::uri;
-use crate::load::Texts;
+use crate::load::Open;
 use crate::source::is_spec;
 
 /// Most specs of a project that are looked at, and the deepest folder.
@@ -60,11 +60,11 @@ fn target(seen: &Seen, means: &Means) -> Option<Target> {
 
 /// Every place of the project that names what is named at a byte, each once, in order of file and place.
 ///
-/// - `open`: the texts of files that are open in the editor.
+/// - `open`: what the editor has of files.
 pub(super) fn references(
     seen: &Seen,
     at: usize,
-    open: &Texts,
+    open: &Open<'_>,
     registry: &Rc<Registry>,
     units: Units,
 ) -> Vec<lsp::Location> {
@@ -79,7 +79,7 @@ pub(super) fn references(
 fn everywhere(
     seen: &Seen,
     at: usize,
-    open: &Texts,
+    open: &Open<'_>,
     registry: &Rc<Registry>,
     mut show: impl FnMut(&Seen, &Mention),
 ) {
@@ -160,7 +160,7 @@ pub(super) fn rename(
     seen: &Seen,
     at: usize,
     name: &str,
-    (open, registry, units): (&Texts, &Rc<Registry>, Units),
+    (open, registry, units): (&Open<'_>, &Rc<Registry>, Units),
 ) -> Result<lsp::WorkspaceEdit, String> {
     renamed(seen, at, units)?;
     let mention = seen.mention(at).ok_or("there is no name here")?;

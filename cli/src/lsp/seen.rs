@@ -12,7 +12,7 @@ use ivx_op::Registry;
 
 use super::text::Text;
 use crate::Trouble;
-use crate::load::{Loaded, Texts, load_open};
+use crate::load::{Loaded, Open, Parsed, load_open};
 
 /// A spec, checked.
 pub(super) struct Seen {
@@ -31,8 +31,8 @@ pub(super) struct Seen {
 
 /// Reads and checks a spec.
 ///
-/// - `open`: the texts of files that are open in the editor.
-pub(super) fn see(path: &Path, open: &Texts, registry: &Rc<Registry>) -> Result<Seen, Trouble> {
+/// - `open`: what the editor has of files.
+pub(super) fn see(path: &Path, open: &Open<'_>, registry: &Rc<Registry>) -> Result<Seen, Trouble> {
     let loaded = load_open(path, registry, open)?;
     let look = Arc::new(look(&loaded.project, registry, &Settings::default()));
     // Of text that does not read, warnings would be noise.
@@ -60,6 +60,17 @@ impl Seen {
     /// What is named, in order of place.
     pub(super) fn mentions(&self) -> &[Mention] {
         self.mentions.get_or_init(|| mentions(&self.loaded.project, &self.registry))
+    }
+
+    /// Keeps its files that read without a fault, for what they will be after an edit.
+    pub(super) fn keep(&self, parsed: &mut Parsed) {
+        for (i, (path, file)) in self.paths.iter().zip(&self.loaded.project.files).enumerate() {
+            let of =
+                |fault: &Diagnostic| fault.labels.iter().any(|own| own.span.file as usize == i);
+            if !self.loaded.diagnostics.iter().any(of) {
+                parsed.insert(path.clone(), (file.text.clone(), Arc::clone(&file.ast)));
+            }
+        }
     }
 
     /// Whether it can run.

@@ -24,7 +24,7 @@ use super::outline::{KINDS, MODIFIERS, folds, symbols, tokens};
 use super::seen::{Seen, see};
 use super::text::{Text, Units};
 use super::{path, uri};
-use crate::load::Texts;
+use crate::load::{self, Parsed};
 
 /// What goes wrong between server and editor.
 type Broken = Box<dyn std::error::Error + Send + Sync>;
@@ -48,6 +48,7 @@ pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
         units,
         open: BTreeMap::new(),
         seen: BTreeMap::new(),
+        parsed: Parsed::new(),
         known: BTreeMap::new(),
         unknown: Known::default(),
         changed: BTreeSet::new(),
@@ -148,6 +149,8 @@ struct Server<'c> {
     open: BTreeMap<PathBuf, Open>,
     /// What is known of each text that is open.
     seen: BTreeMap<PathBuf, Seen>,
+    /// Texts as they last read without a fault.
+    parsed: Parsed,
     known: BTreeMap<PathBuf, Known>,
     /// Of what was not answered yet.
     unknown: Known,
@@ -261,6 +264,7 @@ impl Server<'_> {
                 self.touch(&path);
                 self.open.remove(&path);
                 self.seen.remove(&path);
+                self.parsed.remove(&path);
                 self.known.remove(&path);
                 self.changed.remove(&path);
                 self.publish()?;
@@ -283,8 +287,9 @@ impl Server<'_> {
         }
     }
 
-    fn texts(&self) -> Texts {
-        self.open.iter().map(|(path, open)| (path.clone(), open.text.text.clone())).collect()
+    fn from(&self) -> load::Open<'_> {
+        let texts = self.open.iter().map(|(path, open)| (&**path, &*open.text.text)).collect();
+        load::Open { texts, parsed: &self.parsed }
     }
 
     /// Checks what has changed, and tells the editor.
@@ -292,12 +297,12 @@ impl Server<'_> {
         if self.changed.is_empty() {
             return Ok(());
         }
-        let texts = self.texts();
         // What is not needed any more is taken apart once the editor knows.
         let mut old = Vec::new();
         for path in std::mem::take(&mut self.changed) {
             // A text that cannot be read any more is seen as it was.
-            let Ok(seen) = see(&path, &texts, &self.registry) else { continue };
+            let Ok(seen) = see(&path, &self.from(), &self.registry) else { continue };
+            seen.keep(&mut self.parsed);
             if seen.runs() {
                 self.ask.send(Question::of(path.clone(), &seen))?;
             }
@@ -391,14 +396,12 @@ impl Server<'_> {
             }
             "textDocument/definition" => written(&definition(seen, at(seen)?, units)),
             "textDocument/references" => {
-                let texts = self.texts();
-                written(&references(seen, at(seen)?, &texts, &self.registry, units))
+                written(&references(seen, at(seen)?, &self.from(), &self.registry, units))
             }
             "textDocument/prepareRename" => written(&renamed(seen, at(seen)?, units)?),
             "textDocument/rename" => {
                 let name = params.get("newName").and_then(Value::as_str).unwrap_or_default();
-                let texts = self.texts();
-                written(&rename(seen, at(seen)?, name, (&texts, &self.registry, units))?)
+                written(&rename(seen, at(seen)?, name, (&self.from(), &self.registry, units))?)
             }
             "textDocument/documentSymbol" => written(&symbols(seen, units)),
             "textDocument/foldingRange" => written(&folds(seen, units)),

@@ -85,7 +85,7 @@ pub struct File {
     /// Its text.
     pub text: String,
     /// Its items.
-    pub ast: Ast,
+    pub ast: Arc<Ast>,
     /// The files that its `use` and `include` name, by the path as written.
     pub links: BTreeMap<String, usize>,
     /// The texts of the files that its `published` name, by the path as written.

@@ -21,7 +21,7 @@ fn faults_within(items: &str, max_nodes: Option<usize>) -> Vec<Code> {
         path: "a.ivx".into(),
         stem: "a".into(),
         text,
-        ast,
+        ast: ast.into(),
         links: std::collections::BTreeMap::new(),
         texts: std::collections::BTreeMap::new(),
         externals: std::collections::BTreeMap::new(),

@@ -198,7 +198,7 @@ fn told_of(texts: &[&str]) -> Vec<String> {
         check::File {
             stem: format!("f{i}"),
             text: (*text).to_owned(),
-            ast,
+            ast: ast.into(),
             links: [("b".to_owned(), i + 1)].into(),
             ..check::File::default()
         }

@@ -107,6 +107,51 @@ fn the_example_parses() {
     assert_eq!(items[0].docs, "ensemble size K");
 }
 
+#[test]
+fn an_edited_text_reads_as_if_it_were_new() {
+    let text = format!("{EXAMPLE}{MORE}");
+    let (ast, diagnostics) = parse(&text, 0);
+    assert_eq!(diagnostics, []);
+    let typed = [
+        "",
+        "x",
+        " ",
+        "\n",
+        "let ",
+        "}",
+        "{",
+        "(",
+        ")",
+        "\"",
+        "//",
+        "/// doc\n",
+        "é",
+        "= 1 ",
+        "use \"a\"",
+        "experiment b {",
+        "} experiment c { let",
+        ".f[a: 1] + 2",
+        " within(1) let d = e ",
+        "profile",
+        "\0",
+    ];
+    for at in (0..=text.len()).filter(|at| text.is_char_boundary(*at)) {
+        let typed = typed.iter().cycle().skip(at % 5).step_by(5);
+        for (i, typed) in typed.take(9).enumerate() {
+            let end = text.ceil_char_boundary((at + i * i).min(text.len()));
+            let edited = format!("{}{typed}{}", &text[..at], &text[end..]);
+            let (again, anew) = (parse_again(&edited, 3, (&text, &ast)), parse(&edited, 3));
+            assert_eq!(again, anew, "{typed:?} instead of {:?} at {at}", &text[at..end]);
+        }
+    }
+}
+
+const MORE: &str = r#"
+profile desk: quick { a = -1 } published p from "p.ron" /// behind
+param f: Map<Str, List<Int>> = [] let g(a: Ke, b: Float = 0.5) = match e.ke { "a": -x, -1: (y: 1, z) }
+axis task(scene, env) = [("a", true)] axis n = a..b[c: 2.., d: ..e.f + 1]
+experiment second { claim "c" at 0.9 by "t" family "F" : a on par with b within(0.1, "why") table "1" = t(x) }"#;
+
 const EXAMPLE: &str = r#"edition "2026"
 use "problems.ivx" { reward_curve }
 
