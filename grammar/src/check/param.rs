@@ -250,15 +250,17 @@ impl<'a> Checker<'a> {
 
     /// The type that was written.
     pub(super) fn ty(&mut self, written: &TyExpr) -> Option<Ty> {
-        let families = self.library.families();
         match (written.name.value.as_str(), &written.args[..]) {
             ("Bool", []) => Some(Ty::Bool),
             ("Int", []) => Some(Ty::Int),
             ("Float", []) => Some(Ty::Float),
             ("Str", []) => Some(Ty::Str),
             ("List", [item]) => self.ty(item).map(|item| Ty::List(Box::new(item))),
-            (family, []) if families.contains(&family) => Some(Ty::Part(family.to_owned())),
+            (family, []) if self.library.families().contains(&family) => {
+                Some(Ty::Part(family.to_owned()))
+            }
             (name, _) => {
+                let families = self.library.families();
                 let known = families.iter().copied().chain(["Bool", "Int", "Float", "Str", "List"]);
                 let help = suggest(name, known).or_else(|| {
                     Some(
