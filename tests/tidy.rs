@@ -74,6 +74,7 @@ fn each_foreign_crate_is_named_in_one_place() {
         ("ctrlc", "cli/src/main.rs"),
         ("indicatif", "cli/src/progress.rs"),
         ("libloading", "library/foreign/src/procgen/libenv.rs"),
+        ("mimalloc", "cli/src/main.rs"),
         ("notify", "cli/src/changes.rs"),
         ("open", "cli/src/command/report.rs"),
         ("miniz_oxide", "library/table/src/npz.rs"),
