@@ -34,7 +34,7 @@ pub struct Cache {
     borrowed: BTreeMap<Digest, Record>,
     seen: BTreeMap<OsString, Seen>,
     journal: Option<Journal>,
-    objects: Objects,
+    pub(crate) objects: Objects,
     /// What this process may execute, from the first time that it asks.
     actions: Option<Actions>,
     hints: Option<Hints>,
@@ -138,9 +138,14 @@ impl Cache {
             && let Some(record) =
                 second.record(key, &self.platform, |output| self.objects.has_here(output))
         {
-            self.borrowed.insert(*key, record);
+            self.borrow(record);
         }
         self.lookup(key)
+    }
+
+    /// Takes what the second store said.
+    pub(crate) fn borrow(&mut self, record: Record) {
+        self.borrowed.insert(record.key, record);
     }
 
     /// Every record, by key and then platform.

@@ -34,6 +34,7 @@ mod select;
 mod stats;
 mod store;
 mod sweep;
+mod tickets;
 mod written;
 
 pub use actions::ActionLock;

@@ -59,6 +59,14 @@ pub struct Traffic {
 }
 
 impl Second {
+    /// A store of which nothing is known but by name: for who needs only a few results.
+    ///
+    /// - `name`: what to call it in notes.
+    #[must_use]
+    pub fn unlisted(store: Box<dyn Store>, name: String, mode: Mode) -> Self {
+        Self { store, name, mode, listed: BTreeMap::new(), state: Mutex::default() }
+    }
+
     /// A store, to read or also to write.
     ///
     /// - `name`: what to call it in notes.
@@ -66,8 +74,7 @@ impl Second {
     /// # Errors
     /// If it can't say what it has.
     pub fn new(store: Box<dyn Store>, name: String, mode: Mode) -> Result<Self, StoreError> {
-        let (listed, state) = (BTreeMap::new(), Mutex::default());
-        let mut second = Self { store, name, mode, listed, state };
+        let mut second = Self::unlisted(store, name, mode);
         let mut left = N_RECORDS_MAX;
         for shelf in 0..=u8::MAX {
             let shelf = format!("{shelf:02x}");
@@ -121,6 +128,13 @@ impl Second {
         Some(record)
     }
 
+    /// What lies there now of a key on a platform, whatever was listed.
+    pub(crate) fn fetch(&self, key: &Digest, platform: &str) -> Option<Record> {
+        let record = self.record_of(key, platform)?;
+        self.state().traffic.taken += 1;
+        Some(record)
+    }
+
     fn record_of(&self, key: &Digest, platform: &str) -> Option<Record> {
         let name = record_name(key, platform)?;
         self.read(&name, || {
@@ -135,7 +149,7 @@ impl Second {
     }
 
     /// Whether the bytes of an output are there, as far as their number tells.
-    pub(crate) fn has(&self, output: &Output) -> bool {
+    pub fn has(&self, output: &Output) -> bool {
         let name = object_name(&output.digest);
         let there = self.read(&name, || match self.store.size(&name)? {
             Some(size) if size != output.size => {
@@ -161,8 +175,18 @@ impl Second {
         Some(bytes)
     }
 
+    /// The bytes under a name, which nothing here vouches for.
+    pub(crate) fn get(&self, name: &str, max: u64) -> Option<Vec<u8>> {
+        self.read(name, || self.store.get(name, max))
+    }
+
+    /// Puts bytes under a name, in the place of what was there; whether it could.
+    pub(crate) fn put(&self, name: &str, bytes: &[u8]) -> bool {
+        self.write(name, bytes, |_| false)
+    }
+
     /// Puts an object there, if it is written to and has none.
-    pub(crate) fn put_object(&self, digest: &Digest, bytes: &[u8]) {
+    pub fn put_object(&self, digest: &Digest, bytes: &[u8]) {
         let name = object_name(digest);
         self.write(&name, bytes, |size| size == bytes.len() as u64);
     }

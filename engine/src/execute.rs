@@ -15,6 +15,7 @@ use ivx_op::{
 use petgraph::graph::NodeIndex;
 
 use crate::checkpoint::{Checkpoint, Pace};
+use crate::crew::News;
 use crate::key::{explain, number_digest};
 use crate::plan::{Draw, Fed, Source, Step};
 use crate::stop::Busy;
@@ -79,6 +80,8 @@ pub(crate) enum Message {
         /// How it goes.
         words: String,
     },
+    /// Something is heard of other machines.
+    Heard(News),
 }
 
 /// What came of a node.
@@ -120,7 +123,7 @@ const OVER: &str =
     "it took longer than it may; what it did is kept, and the next run goes on from there";
 
 /// The result of a node and how it came about.
-fn execute(
+pub(crate) fn execute(
     task: &Task,
     bench: &Bench,
     tell: &Sender<Message>,

@@ -5,6 +5,7 @@
 
 pub mod address;
 mod checkpoint;
+mod crew;
 mod diff;
 mod difference;
 mod durations;
@@ -32,11 +33,13 @@ mod schedule;
 mod shift;
 mod standing;
 mod stop;
+mod ticket;
 mod tidy;
 mod told;
 mod verify;
 mod why;
 
+pub use crew::{Crew, News, Room, Word};
 pub use diff::{Change, Flip, diff};
 pub use difference::{Difference, Part};
 pub use event::{Event, Listen, Silence};
@@ -58,10 +61,11 @@ pub use results::{
     Claim, Corrected, ExperimentResults, Measure, Report, Results, Setting, marks, report,
     settings, wanted,
 };
-pub use schedule::schedule;
+pub use schedule::{schedule, schedule_on};
 pub use shift::{Ended, Made, Moved, Root, Shift, shifts};
 pub use standing::{Element, Files, List, Named, Numbers, Place, Run, Section, Wrong, standing};
 pub use stop::Stop;
+pub use ticket::{Came, Refused, Ticket};
 pub use tidy::{Coordinate, Row, Tidy, tidy};
 pub use told::{notes, reason, verdict};
 pub use verify::{Verified, verify};

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use ivx_grammar::ir::ExprId;
 use ivx_op::{ArgKind, Args, Dim, Needs, Registry, Shapes};
 use petgraph::graph::{DiGraph, NodeIndex};
+use serde::{Deserialize, Serialize};
 
 /// A program as a graph, from inputs to users; the weight of an edge is nothing.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +21,7 @@ pub struct Plan {
 }
 
 /// One computation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// What it is called, for people: `overoptimisation/model[seed=0]/member[3]`.
     pub address: String,
@@ -35,11 +36,12 @@ pub struct Step {
     /// What makes its random numbers, where it draws any.
     pub draw: Option<Draw>,
     /// The shapes of its result, where they are known.
+    #[serde(skip)]
     pub shapes: Option<Arc<Shapes>>,
 }
 
 /// What makes the random numbers of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Draw {
     /// The value of the `seed` axis; 0 without one.
     pub seed: i64,
@@ -48,7 +50,7 @@ pub struct Draw {
 }
 
 /// What one port takes: values over the axes it gathers, last axis fastest.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fed {
     /// The axes.
     pub dims: Vec<Dim>,
@@ -61,7 +63,7 @@ pub struct Fed {
 }
 
 /// Where a value comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Source {
     /// A node.
     Node(NodeIndex),

@@ -106,6 +106,13 @@ impl Queue {
         if fits { self.waiting.pop().map(|next| next.node.0) } else { None }
     }
 
+    /// Counts a start twice: what began together ends apart.
+    pub(crate) fn also(&mut self, needs: Needs) {
+        self.running += 1;
+        self.used.threads += needs.threads;
+        self.used.memory += needs.memory;
+    }
+
     /// Gives back what a start took.
     pub(crate) fn end(&mut self, needs: Needs) {
         self.running -= 1;
@@ -120,9 +127,7 @@ impl Queue {
     }
 
     fn start(&mut self, Waiting { node, needs, .. }: Waiting) -> Start {
-        self.running += 1;
-        self.used.threads += needs.threads;
-        self.used.memory += needs.memory;
+        self.also(needs);
         let alone = needs.threads > self.limits.threads || needs.memory > self.limits.memory;
         Start { node: node.0, needs, alone }
     }

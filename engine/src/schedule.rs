@@ -3,6 +3,7 @@
 //! This thread alone owns the state: it decides, looks up and commits. Workers read inputs,
 //! compute, encode, hash and write, and send messages.
 
+mod away;
 mod failures;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,7 +16,10 @@ use ivx_op::{MISSING, Needs, Registry};
 use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
+use away::Away;
+
 use crate::checkpoint::Pace;
+use crate::crew::Crew;
 use crate::durations::Durations;
 use crate::event::{Event, Listen};
 use crate::execute::{Bench, Done, Message, Problem, Task, work};
@@ -49,8 +53,28 @@ pub fn schedule(
     wanted: &BTreeSet<NodeIndex>,
     listen: &mut dyn Listen,
 ) -> Result<Outcome, CacheError> {
+    schedule_on(None, (plan, registry), cache, options, wanted, listen)
+}
+
+/// The same on other machines, which share the second store of the cache.
+///
+/// # Errors
+/// As [`schedule`].
+///
+/// # Panics
+/// As [`schedule`].
+pub fn schedule_on(
+    crew: Option<&dyn Crew>,
+    (plan, registry): (&Plan, &Registry),
+    cache: &mut Cache,
+    options: &Options,
+    wanted: &BTreeSet<NodeIndex>,
+    listen: &mut dyn Listen,
+) -> Result<Outcome, CacheError> {
     loop {
-        if let Some(outcome) = look_up_and_run(plan, registry, cache, options, wanted, listen)? {
+        let away = crew.map(Away::new);
+        let of = (plan, registry);
+        if let Some(outcome) = look_up_and_run(away, of, cache, options, wanted, listen)? {
             return Ok(outcome);
         }
     }
@@ -58,15 +82,15 @@ pub fn schedule(
 
 /// The outcome; `None` if the second store said what turned out to be wrong.
 fn look_up_and_run(
-    plan: &Plan,
-    registry: &Registry,
+    away: Option<Away<'_>>,
+    (plan, registry): (&Plan, &Registry),
     cache: &mut Cache,
     options: &Options,
     wanted: &BTreeSet<NodeIndex>,
     listen: &mut dyn Listen,
 ) -> Result<Option<Outcome>, CacheError> {
     let platform = platform();
-    let mut run = Run::new(plan, registry, cache, options, listen, &platform);
+    let mut run = Run::new(away, (plan, registry), cache, options, listen, &platform);
     run.listen.event(Event::Planned { nodes: plan.graph.node_count() });
     run.begin();
     if run.queue.len() == 0 && !run.read(wanted)? {
@@ -74,6 +98,11 @@ fn look_up_and_run(
     }
     let pool = pool(options.jobs.min(run.n_left()));
     let (sender, receiver) = mpsc::channel();
+    if let Some(away) = &run.away {
+        let tell = sender.clone();
+        // Who listens is gone only when the run ended.
+        away.listen(move |news| _ = tell.send(Message::Heard(news)));
+    }
     pool.in_place_scope(|scope| {
         loop {
             run.work(scope, &sender, &receiver)?;
@@ -87,6 +116,8 @@ fn look_up_and_run(
 }
 
 struct Run<'a> {
+    /// Other machines.
+    away: Option<Away<'a>>,
     plan: &'a Plan,
     registry: &'a Registry,
     cache: &'a mut Cache,
@@ -116,8 +147,8 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(
-        plan: &'a Plan,
-        registry: &'a Registry,
+        away: Option<Away<'a>>,
+        (plan, registry): (&'a Plan, &'a Registry),
         cache: &'a mut Cache,
         options: &'a Options,
         listen: &'a mut dyn Listen,
@@ -135,7 +166,9 @@ impl<'a> Run<'a> {
             pace: Pace { every: options.checkpoint, limit: options.limit, stop: &options.stop },
         };
         let limits = Needs { threads: options.jobs.max(1), memory: options.memory };
+        let limits = away.as_ref().map_or(limits, Away::limits);
         Self {
+            away,
             plan,
             registry,
             objects: cache.objects(),
@@ -264,7 +297,8 @@ impl<'a> Run<'a> {
             if self.queue.running() == 0 && (self.elsewhere.is_empty() || self.is_over()) {
                 return Ok(());
             }
-            match receiver.recv_timeout(if self.elsewhere.is_empty() { SYNC } else { POLL }) {
+            let soon = !self.elsewhere.is_empty() || self.away.is_some();
+            match receiver.recv_timeout(if soon { POLL } else { SYNC }) {
                 Ok(message) => self.receive(message)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => unreachable!("a sender lives here"),
@@ -272,6 +306,7 @@ impl<'a> Run<'a> {
             for node in std::mem::take(&mut self.elsewhere) {
                 self.enqueue(node);
             }
+            self.call_back();
             if self.synced.elapsed() >= SYNC {
                 self.cache.sync()?;
                 self.synced = Instant::now();
@@ -290,6 +325,11 @@ impl<'a> Run<'a> {
         'a: 's,
     {
         let Start { node, needs, alone } = start;
+        if self.away.is_some() {
+            let tasks = self.launch_away(start)?;
+            self.spawn(tasks, needs, scope, sender);
+            return Ok(());
+        }
         if alone {
             let what = if needs.threads > self.options.jobs.max(1) {
                 format!("{} threads", needs.threads)
@@ -309,11 +349,25 @@ impl<'a> Run<'a> {
         }
         if tasks.is_empty() {
             self.queue.end(needs);
-            return Ok(());
         }
-        let (sender, bench) = (sender.clone(), self.bench.clone());
-        scope.spawn(move |_| work(tasks, needs, &bench, &sender));
+        self.spawn(tasks, needs, scope, sender);
         Ok(())
+    }
+
+    /// Hands nodes to a worker, if there are any.
+    fn spawn<'s>(
+        &self,
+        tasks: Vec<Task<'a>>,
+        needs: Needs,
+        scope: &rayon::Scope<'s>,
+        sender: &Sender<Message>,
+    ) where
+        'a: 's,
+    {
+        if !tasks.is_empty() {
+            let (sender, bench) = (sender.clone(), self.bench.clone());
+            scope.spawn(move |_| work(tasks, needs, &bench, &sender));
+        }
     }
 
     /// A node as a worker takes it; nothing if another process runs it or has just done so,
@@ -359,6 +413,7 @@ impl<'a> Run<'a> {
                 let left_millis = self.durations.left_millis();
                 self.listen.event(Event::Told { address, done, of, words, left_millis });
             }
+            Message::Heard(news) => self.hear(news)?,
         }
         Ok(())
     }
@@ -391,14 +446,7 @@ impl<'a> Run<'a> {
                 self.listen.event(Event::Finished { address, millis, left_millis });
             }
             Err(Problem::Missing(inputs)) => {
-                if let Some(cause) = inputs.iter().find_map(|input| self.lost(*input)) {
-                    self.skip(vec![node], cause);
-                    return Ok(());
-                }
-                self.waiting[node.index()] += inputs.len();
-                for input in inputs {
-                    self.force(input, Some(node));
-                }
+                self.lacks(node, inputs);
             }
             // It may have been ended: that is no failure of its own.
             Err(Problem::Stopped) => {}

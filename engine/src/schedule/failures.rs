@@ -19,6 +19,18 @@ impl Run<'_> {
         self.forced.entry(node).or_default().extend(waiter);
     }
 
+    /// Runs again what a node takes and has no bytes any more, and then the node.
+    pub(super) fn lacks(&mut self, node: NodeIndex, inputs: Vec<NodeIndex>) {
+        if let Some(cause) = inputs.iter().find_map(|input| self.lost(*input)) {
+            self.skip(vec![node], cause);
+            return;
+        }
+        self.waiting[node.index()] += inputs.len();
+        for input in inputs {
+            self.force(input, Some(node));
+        }
+    }
+
     /// Notes how a node ended.
     pub(super) fn end(&mut self, node: NodeIndex, fate: Fate) {
         if self.nodes[node.index()].fate == Fate::Waiting {

@@ -5,9 +5,16 @@ use std::ops::Index;
 use std::slice;
 use std::vec;
 
+use serde::{Deserialize, Serialize};
+
 /// A few values by name, in the order of their names, in one piece of memory: a spec has as many
 /// as it has calls.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    from = "Vec<(String, V)>",
+    into = "Vec<(String, V)>",
+    bound(serialize = "V: Clone + Serialize")
+)]
 pub struct ByName<V>(Vec<(String, V)>);
 
 impl<V> ByName<V> {
@@ -119,6 +126,19 @@ impl<V> FromIterator<(String, V)> for ByName<V> {
         }
         values.shrink_to_fit();
         Self(values)
+    }
+}
+
+/// The last value of a name counts.
+impl<V> From<Vec<(String, V)>> for ByName<V> {
+    fn from(values: Vec<(String, V)>) -> Self {
+        values.into_iter().collect()
+    }
+}
+
+impl<V> From<ByName<V>> for Vec<(String, V)> {
+    fn from(values: ByName<V>) -> Self {
+        values.0
     }
 }
 

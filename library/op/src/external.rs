@@ -7,12 +7,15 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::{ArgError, ArgKind, Args, Decl, Lit, Literal, Ty};
 
 /// Something outside the spec, as it was when the spec was read.
-#[derive(Clone, Debug, PartialEq, Eq)]
+///
+/// Written down it is without its content: whoever reads that looks it up, and holds it against the digest.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct External {
     /// What it is called: a file by where it appears in a working folder, never by where it lies.
     pub name: String,
@@ -23,24 +26,27 @@ pub struct External {
 }
 
 /// What stands behind a name outside the spec.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Content {
     /// A file.
     File {
         /// Its bytes.
+        #[serde(skip)]
         bytes: Arc<[u8]>,
         /// Whether it may be executed.
         is_executable: bool,
     },
     /// Where a program lies.
-    Program(PathBuf),
+    Program(#[serde(skip)] PathBuf),
     /// The value of a variable; none where it is not set.
-    Variable(Option<OsString>),
+    Variable(#[serde(skip)] Option<OsString>),
     /// A world of another program.
     Foreign {
         /// What the program says of it, in one line.
+        #[serde(skip)]
         told: Arc<str>,
         /// Where the program lies.
+        #[serde(skip)]
         program: PathBuf,
     },
 }

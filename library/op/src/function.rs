@@ -4,10 +4,12 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{ArgError, Lit, Literal, Maths, Ty};
 
 /// A function of numbers, as a spec writes it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Formula {
     /// What it is given, by name.
     pub inputs: Vec<String>,
@@ -16,7 +18,7 @@ pub struct Formula {
 }
 
 /// A piece of a formula.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Node {
     /// A number.
     Number(f64),

@@ -3,10 +3,12 @@
 use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{ByName, External, Formula, Gathered, Shapes};
 
 /// A description, complete: defaults filled, names resolved, parameters substituted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lit {
     /// `true` or `false`.
     Bool(bool),
@@ -28,19 +30,21 @@ pub enum Lit {
     Function(Arc<Formula>),
 }
 
-/// An artifact inside a part.
-#[derive(Clone, Debug, PartialEq)]
+/// An artifact inside a part; written down before anything is known of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Held {
     /// Its place among those that the computation holds, before it runs.
     Slot(usize),
     /// What is known of its shapes, where rules and estimates ask before anything runs.
+    #[serde(skip)]
     Later(Arc<Shapes>),
     /// Its encoded values, when it runs.
+    #[serde(skip)]
     Value(Gathered<Arc<[u8]>>),
 }
 
 /// A named part with its arguments, such as `cvar(alpha: 0.1)`.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Part {
     /// The declared name; empty for a record, whose fields are the arguments.
     pub name: String,

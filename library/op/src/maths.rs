@@ -1,7 +1,9 @@
 //! Elementwise mathematics: what descriptions, arrays and functions of a spec's own share.
 
+use serde::{Deserialize, Serialize};
+
 /// A function of numbers, applied to each by itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Maths {
     /// `|x|`.
     Abs,
