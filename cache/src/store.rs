@@ -36,6 +36,18 @@ pub trait Store: fmt::Debug + Send + Sync {
     /// # Errors
     /// If there is something in the way, or the store fails.
     fn put(&self, name: &str, bytes: &[u8]) -> Result<(), StoreError>;
+
+    /// Puts bytes under a name if there is nothing; whether there was nothing. Of several who do so at once, it is one.
+    ///
+    /// # Errors
+    /// As [`Self::put`].
+    fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, StoreError>;
+
+    /// Removes what lies under a name, if there is something.
+    ///
+    /// # Errors
+    /// If it is something else than bytes, or the store fails.
+    fn remove(&self, name: &str) -> Result<(), StoreError>;
 }
 
 /// Why a store did not do what was asked.

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod cache;
+mod cluster;
 mod help;
 mod runs;
 
@@ -10,6 +11,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand, ValueEnum, ValueHint};
 
 pub(crate) use cache::*;
+pub(crate) use cluster::*;
 pub(crate) use help::*;
 pub(crate) use runs::*;
 
@@ -132,6 +134,16 @@ Of the runs of a spec, with whichever profile and parameters, the report of the 
 Editors start it and speak with it over standard input and output, in the Language Server Protocol: `editors/README.md`
 says how for VS Code, Neovim, Helix and others.")]
     Lsp,
+    /// Run nodes for runs on other machines, which share a store: until Ctrl-C.
+    #[command(after_help = "\
+Examples: ivx worker /shared/store
+          ivx worker /shared/store --cpus 8 --memory 32GiB --idle 10min
+
+A run hands nodes to workers with `ivx exec SPEC --store /shared/store --on workers`.")]
+    Worker(Worker),
+    /// Run single nodes: what drivers of clusters call.
+    #[command(subcommand)]
+    Node(Node),
     /// Write a small spec to begin with.
     #[command(after_help = "Example: ivx new first && ivx exec first.ivx")]
     New(New),
@@ -202,6 +214,10 @@ pub(crate) struct Exec {
     /// Whether to put new results into the store, too [default: `IVX_STORE_MODE`, else read].
     #[arg(long, value_name = "MODE", value_enum)]
     pub(crate) store_mode: Option<StoreMode>,
+    /// Run nodes on other machines, which share the store: `ray`, `slurm` or `workers`, with words for that driver
+    /// behind it, such as `slurm --workers 8`. Results are put into the store.
+    #[arg(long, value_name = "WHERE")]
+    pub(crate) on: Option<String>,
     /// How many threads nodes keep busy at once [default: one a core]. More than help are not
     /// started.
     #[arg(long, short, value_parser = at_least_one)]

@@ -45,6 +45,7 @@ fn as_json(event: &Event<'_>) -> Value {
         Event::Skipped { address, cause } => {
             json!({ "event": "skipped", "address": address, "cause": cause })
         }
+        Event::Room { threads } => json!({ "event": "room", "threads": threads }),
         Event::Noted { what } => json!({ "event": "noted", "what": what }),
     }
 }

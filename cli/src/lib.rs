@@ -4,6 +4,7 @@ mod account;
 mod advice;
 mod args;
 mod changes;
+mod cluster;
 mod command;
 mod date;
 mod ending;
@@ -89,6 +90,10 @@ pub fn run(
         Command::Cache(args) => command::cache(args, out, err),
         Command::New(args) => command::new(args, out, err),
         Command::Lsp => lsp::lsp(),
+        Command::Worker(args) => cluster::worker(args, out, err),
+        Command::Node(args::Node::Exec(args)) => cluster::exec(args, out, err),
+        Command::Node(args::Node::Log(args)) => cluster::log(args, err),
+        Command::Node(args::Node::Serve(args)) => cluster::serve(args, out, err),
         Command::Report(args) => command::report(args, out, err),
         Command::Completions(args) => command::completions(args, out),
         Command::Man(args) => command::man(args, out),

@@ -132,6 +132,7 @@ impl Listen for Progress<'_> {
                 }
             }
             Event::Skipped { .. } => self.done += 1,
+            Event::Room { threads } => self.jobs = threads.max(1) as u64,
             Event::Noted { what } => self.say(&format!("note: {what}")),
         }
     }

@@ -18,11 +18,16 @@ pub struct Room {
 
 /// Hands nodes to other machines.
 pub trait Crew {
-    /// What there is.
+    /// What there is by now; no thread where no machine is there yet.
     fn room(&self) -> Room;
 
-    /// Where to tell, from another thread, what becomes of batches; before the first of them.
-    fn listen(&self, tell: Box<dyn FnMut(News) + Send>);
+    /// Begins, before the first batch.
+    ///
+    /// - `tell`: is told from another thread what becomes of batches, and that there is more room.
+    ///
+    /// # Errors
+    /// If it cannot.
+    fn begin(&self, tell: Box<dyn FnMut(News) + Send>) -> io::Result<()>;
 
     /// Has some keys run one after another on one machine, which finds their tickets in the second store.
     ///
@@ -57,6 +62,11 @@ pub enum News {
         batch: u64,
         /// What happened.
         why: String,
+    },
+    /// Something else happened; there may be more room.
+    Noted {
+        /// What.
+        what: String,
     },
     /// Nobody runs anything any more.
     Gone {

@@ -56,6 +56,11 @@ pub enum Event<'a> {
         /// The node that failed.
         cause: &'a str,
     },
+    /// Other machines run nodes, on so many threads by now.
+    Room {
+        /// How many.
+        threads: usize,
+    },
     /// Something was wrong and was mended.
     Noted {
         /// What.

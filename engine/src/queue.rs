@@ -55,6 +55,17 @@ impl Queue {
         self.waiting.push(Waiting { priority, node: Reverse(node), needs });
     }
 
+    /// Changes what may be in use at once.
+    pub(crate) fn limit(&mut self, limits: Needs) {
+        self.limits = limits;
+    }
+
+    /// Takes all nodes that wait, in no order.
+    pub(crate) fn drain(&mut self) -> Vec<NodeIndex> {
+        let large = self.large.take().map(|(large, _)| large);
+        self.waiting.drain().chain(large).map(|waiting| waiting.node.0).collect()
+    }
+
     /// How many nodes wait.
     pub(crate) fn len(&self) -> usize {
         self.waiting.len() + usize::from(self.large.is_some())

@@ -101,7 +101,10 @@ fn look_up_and_run(
     if let Some(away) = &run.away {
         let tell = sender.clone();
         // Who listens is gone only when the run ended.
-        away.listen(move |news| _ = tell.send(Message::Heard(news)));
+        let begun = away.begin(move |news| _ = tell.send(Message::Heard(news)));
+        if let Err(error) = begun {
+            run.gone(&error.to_string());
+        }
     }
     pool.in_place_scope(|scope| {
         loop {
@@ -289,12 +292,17 @@ impl<'a> Run<'a> {
         'a: 's,
     {
         loop {
+            if let Some(away) = &self.away {
+                self.queue.limit(away.limits());
+            }
             while !self.is_over()
                 && let Some(start) = self.queue.next()
             {
                 self.launch(start, scope, sender)?;
             }
-            if self.queue.running() == 0 && (self.elsewhere.is_empty() || self.is_over()) {
+            let waits = self.away.as_ref().is_some_and(|away| away.waits() && self.queue.len() > 0);
+            let waits = waits || !self.elsewhere.is_empty();
+            if self.queue.running() == 0 && (!waits || self.is_over()) {
                 return Ok(());
             }
             let soon = !self.elsewhere.is_empty() || self.away.is_some();

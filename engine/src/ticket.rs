@@ -140,10 +140,10 @@ impl Ticket {
         &self.step.address
     }
 
-    /// How many bytes a file has that it names.
+    /// How many bytes the files have that it names, by digest.
     #[must_use]
-    pub fn file_size(&self, digest: &Digest) -> Option<u64> {
-        self.files.get(digest).copied()
+    pub fn file_sizes(&self) -> &BTreeMap<Digest, u64> {
+        &self.files
     }
 
     /// Runs the step, unless its result is known, and commits that to the cache and what lies behind it.

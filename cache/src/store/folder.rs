@@ -106,6 +106,26 @@ impl Folder {
         let mut file = self.disk.create(temporary)?;
         self.disk.append(&mut file, temporary, bytes)
     }
+
+    /// Writes a file and has `publish` give it its name.
+    fn written<T>(
+        &self,
+        name: &str,
+        bytes: &[u8],
+        publish: impl FnOnce(&Path, &Path) -> io::Result<T>,
+    ) -> Result<T, StoreError> {
+        let temporary = format!("{TMP}/{}", durable::unique_name());
+        self.make_folders(&temporary)?;
+        self.make_folders(name)?;
+        let temporary = self.root.join(temporary);
+        let written =
+            self.write(&temporary, bytes).and_then(|()| publish(&temporary, &self.root.join(name)));
+        if written.is_err() {
+            // The first error is the one to tell.
+            self.disk.remove(&temporary).ok();
+        }
+        written.map_err(|error| fault(name, error))
+    }
 }
 
 impl Store for Folder {
@@ -156,18 +176,32 @@ impl Store for Folder {
     }
 
     fn put(&self, name: &str, bytes: &[u8]) -> Result<(), StoreError> {
-        let temporary = format!("{TMP}/{}", durable::unique_name());
-        self.make_folders(&temporary)?;
-        self.make_folders(name)?;
-        let temporary = self.root.join(temporary);
-        let written = self
-            .write(&temporary, bytes)
-            .and_then(|()| self.disk.rename(&temporary, &self.root.join(name)));
-        if written.is_err() {
-            // The first error is the one to tell.
-            self.disk.remove(&temporary).ok();
+        self.written(name, bytes, |temporary, path| self.disk.rename(temporary, path))
+    }
+
+    fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+        // What is no plain file is replaced.
+        match self.file(name) {
+            Ok(Some(_)) => return Ok(false),
+            Ok(None) => {}
+            Err(_) => return self.put(name, bytes).map(|()| true),
         }
-        written.map_err(|error| fault(name, error))
+        self.written(name, bytes, |temporary, path| {
+            let linked = match fs::hard_link(temporary, path) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
+                linked => linked.map(|()| true),
+            };
+            self.disk.remove(temporary).ok();
+            linked
+        })
+    }
+
+    fn remove(&self, name: &str) -> Result<(), StoreError> {
+        let Some((path, _)) = self.file(name)? else { return Ok(()) };
+        match self.disk.remove(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(fault(name, error)),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use ivx_cache::{Cache, CacheError, Trouble as CacheTrouble};
 use ivx_engine::{
-    Listen, Lock, Locks, Options, Outcome, Plan, Registration, Report, Results, expand, page,
-    platform, report, schedule, wanted,
+    Crew, Listen, Lock, Locks, Options, Outcome, Plan, Registration, Report, Results, expand, page,
+    platform, report, schedule_on, wanted,
 };
 use ivx_library::registry;
 use ivx_op::Outcome as Verdict;
@@ -25,6 +25,7 @@ use super::{Ready, jobs, lock, ready_of};
 use crate::account::Account;
 use crate::args::Format;
 use crate::changes::Read;
+use crate::cluster::Driver;
 use crate::date::today;
 use crate::ending::{STOP, heeding};
 use crate::events::Events;
@@ -88,6 +89,8 @@ pub(super) fn once(
     };
     let Some(locks) = locks(args, &spec, &name, err)? else { return Ok(Ended::early(WRONG)) };
     let Some(mode) = mode(args, err)? else { return Ok(Ended::early(WRONG)) };
+    let Some(driver) = driver(args, err)? else { return Ok(Ended::early(WRONG)) };
+    let mode = if driver.is_some() { args::StoreMode::Write } else { mode };
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
@@ -106,8 +109,10 @@ pub(super) fn once(
     let options = options(args, jobs);
     let files = Files::of(&ready.loaded.project);
     let is_json = args.format == Format::Json;
+    let crew = driver.as_ref().map(|driver| driver as &dyn Crew);
+    let of = (&plan, &ready.registry);
     let mut run = |listen: &mut dyn Listen| {
-        heeding(|| schedule(&plan, &ready.registry, &mut cache, &options, &wanted(&plan), listen))
+        heeding(|| schedule_on(crew, of, &mut cache, &options, &wanted(&plan), listen))
     };
     let outcome = if is_json {
         run(&mut Events::new(out))
@@ -299,6 +304,26 @@ fn mode(args: &args::Exec, err: &mut dyn Write) -> Result<Option<args::StoreMode
         return Ok(None);
     }
     Ok(Some(mode))
+}
+
+/// Who runs nodes elsewhere, where that is asked for; says so if nobody can.
+#[expect(clippy::option_option, reason = "nobody asked for is not nobody there")]
+fn driver(args: &args::Exec, err: &mut dyn Write) -> Result<Option<Option<Driver>>, Trouble> {
+    let Some(on) = &args.on else { return Ok(Some(None)) };
+    let found = match store::folder(&args.store) {
+        Some(store) => Driver::find(on, &store),
+        None => {
+            Err("`--on` needs a store that all machines share: add `--store`, or set `IVX_STORE`"
+                .to_owned())
+        }
+    };
+    match found {
+        Ok(driver) => Ok(Some(Some(driver))),
+        Err(why) => {
+            writeln!(err, "error: {why}")?;
+            Ok(None)
+        }
+    }
 }
 
 /// Adds a run to the history, with what it found out.

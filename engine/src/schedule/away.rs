@@ -1,6 +1,7 @@
 //! Nodes that other machines run.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
 use std::time::{Duration, Instant};
 
 use ivx_cache::{ActionLock, CacheError, Digest, Fetched, Output};
@@ -49,11 +50,16 @@ impl<'a> Away<'a> {
 
     /// What may be under way at once: as much again as runs, so that no machine waits for the next.
     pub(super) fn limits(&self) -> Needs {
-        Needs { threads: (2 * self.crew.room().threads).max(1), memory: u64::MAX }
+        Needs { threads: 2 * self.crew.room().threads, memory: u64::MAX }
     }
 
-    pub(super) fn listen(&self, tell: impl FnMut(News) + Send + 'static) {
-        self.crew.listen(Box::new(tell));
+    pub(super) fn begin(&self, tell: impl FnMut(News) + Send + 'static) -> io::Result<()> {
+        self.crew.begin(Box::new(tell))
+    }
+
+    /// Whether no machine is there yet.
+    pub(super) fn waits(&self) -> bool {
+        self.crew.room().threads == 0
     }
 }
 
@@ -173,6 +179,11 @@ impl<'a> Run<'a> {
                     self.listen.event(Event::Noted { what });
                 }
             }
+            News::Noted { what } => {
+                self.listen.event(Event::Noted { what });
+                let threads = self.away.as_ref().map_or(0, |away| away.crew.room().threads);
+                self.listen.event(Event::Room { threads });
+            }
             News::Gone { why } => self.gone(&why),
         }
         Ok(())
@@ -237,13 +248,16 @@ impl<'a> Run<'a> {
         self.listen.event(Event::Finished { address, millis, left_millis });
     }
 
-    /// Nobody runs anything any more: what is under way has failed, and nothing more begins.
-    fn gone(&mut self, why: &str) {
+    /// Nobody runs anything any more: what is under way and what waits has failed, and nothing more begins.
+    pub(super) fn gone(&mut self, why: &str) {
         self.stopped = true;
+        for node in self.queue.drain() {
+            self.fail(node, &format!("nobody runs it: {why}"));
+        }
         let flights = self.away.as_mut().map(|away| std::mem::take(&mut away.flights));
         for Flight { nodes, needs } in flights.into_iter().flatten().map(|(_, flight)| flight) {
             for (node, ..) in nodes {
-                self.fail(node, &format!("who hands nodes out is gone: {why}"));
+                self.fail(node, &format!("nobody runs it any more: {why}"));
             }
             self.queue.end(needs);
         }
