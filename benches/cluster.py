@@ -13,25 +13,28 @@ import tempfile
 import time
 from pathlib import Path
 
-RECORDER = """#!/bin/sh
-exec {python} -c 'import json, sys
+RECORDER = """#!{python}
+import json, sys
 print(json.dumps({{"ready": "a recorder", "cpus": 100000, "largest_cpus": 1}}), flush=True)
+n, keys = 0, open("keys.json", "w")
 for line in sys.stdin:
-    print(line, end="", file=open("keys.json", "a"))
-    if sum(len(json.loads(line)["keys"]) for line in open("keys.json")) >= {n}: sys.exit()' "$@"
+    keys.write(line)
+    n += len(json.loads(line)["keys"])
+    if n == {n}:
+        break
 """
 TINY = """edition "2026"
 experiment tiny {{
     axis seed = 0..{n}
     let data = sample(sinusoids(), n: 10)
-    let model = train(mle(net: mlp(hidden: [2])), on: data, steps: 1)
+    let model = train(map_estimate(net: mlp(hidden: [2])), on: data, steps: 1)
     measure y = mean(predict(model, at: grid(0.0, 1.0, points: 2)), over: x)
 }}
 """
 SLEEPS = """edition "2026"
 experiment sleeps {{
     axis i = 0..{n}
-    let run = command("sh", args: ["-c", "sleep 1; echo $1", "sh", i], stdout: "o.json")
+    let run = command("sh", args: ["-c", "sleep 1; echo $1", "{tag}", i], stdout: "o.json")
     measure x = read_scalar(run, "o.json")
 }}
 """
@@ -45,8 +48,9 @@ def tickets(ivx, folder, n):
     driver.write_text(RECORDER.format(python=sys.executable, n=n))
     driver.chmod(0o755)
     environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
-    subprocess.run([ivx, "exec", "tiny.ivx", "--store", "store", "--on", "recorder"], cwd=folder, env=environment,
-                   capture_output=True)
+    recorded = subprocess.run([ivx, "exec", "tiny.ivx", "--store", "store", "--on", "recorder"], cwd=folder, env=environment,
+                              capture_output=True, text=True)
+    assert "nobody runs it any more" in recorded.stderr, recorded.stderr
     return [key for line in (folder / "keys.json").read_text().splitlines() for key in json.loads(line)["keys"]]
 
 
@@ -92,7 +96,7 @@ def library(ivx):
 
 
 def seconds(ivx, folder, n, *more):
-    (folder / "sleeps.ivx").write_text(SLEEPS.format(n=n))
+    (folder / "sleeps.ivx").write_text(SLEEPS.format(n=n, tag=time.time_ns()))
     begun = time.perf_counter()
     environment = {**os.environ, "IVX_CACHE": str(Path(tempfile.mkdtemp(dir=folder)))}
     done = subprocess.run([ivx, "exec", "sleeps.ivx", *more], cwd=folder, env=environment, capture_output=True, text=True)
@@ -118,12 +122,11 @@ def main(ivx, on="workers"):
                 rate = driver.nodes_a_second([own[i : i + size] for i in range(0, n, size)])
                 print(f"{on}: {rate:.0f} nodes a second in batches of {size}", flush=True)
             driver.end()
-            few, many = (seconds(ivx, folder, n, "--store", f"s{n}x", "--on", on) if not workers else
-                         seconds(ivx, folder, n, "--store", "store", "--on", on) for n in (2, 22))
+            few, many = (seconds(ivx, folder, n, "--store", store, "--on", on) for n in (2, 22))
             # Twenty more on two machines: ten seconds, and what they cost more.
             print(f"{on}: a node of one second costs {(many - few) / 10 - 1:.1%} more")
             here = seconds(ivx, folder, 64, "--jobs", "1")
-            there = seconds(ivx, folder, 64, "--store", store if workers else "s64x", "--on", on)
+            there = seconds(ivx, folder, 64, "--store", store, "--on", on)
             print(f"{on}: 64 nodes of one second in {there:.1f} s, here one after another in {here:.1f} s: {here / there:.2f} times")
         finally:
             for worker in workers:

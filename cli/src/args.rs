@@ -137,7 +137,7 @@ says how for VS Code, Neovim, Helix and others.")]
     /// Run nodes for runs on other machines, which share a store: until Ctrl-C.
     #[command(after_help = "\
 Examples: ivx worker /shared/store
-          ivx worker /shared/store --cpus 8 --memory 32GiB --idle 10min
+          ivx worker /shared/store --cpus 8 --memory 32GiB --idle 10m
 
 A run hands nodes to workers with `ivx exec SPEC --store /shared/store --on workers`.")]
     Worker(Worker),
