@@ -31,6 +31,7 @@ const settings = (path) => writeFileSync(join(data, "data/Machine/settings.json"
   "workbench.secondarySideBar.defaultVisibility": "hidden",
   "editor.minimap.enabled": false,
   "extensions.autoCheckUpdates": false,
+  "files.autoSave": "off",
 }));
 settings(process.env.IVX);
 const vscode = (...args) => [server, "--accept-server-license-terms", "--server-data-dir", data, ...args];
@@ -83,15 +84,40 @@ async function show() {
 
   await page.keyboard.press("Control+b");
 
-  // What is wrong is told of on hover. Lenses move the lines, so that one waits for them.
+  // While a fault is underlined, completion goes on, and so does what an operation does on hover: all of it is the picture.
+  // Lenses move the lines, so that one waits for them.
   await page.locator(".codelens-decoration a", { hasText: "run" }).waitFor({ timeout: patience });
   await page.waitForTimeout(1000);
+  await word("measure").click();
+  await page.keyboard.press("End");
+  await page.keyboard.type("\nmeasure gap = ha", { delay: 100 });
+  const list = page.locator(".suggest-widget.visible");
+  await list.locator(".monaco-list-row", { hasText: "hallucination" }).first().waitFor({ timeout: patience });
+  await page.keyboard.press("Control+Space");
+  const details = page.locator(".suggest-details:visible", { hasText: "hallucination(decision: Decision" });
+  await details.waitFor({ timeout: patience });
+  assert.match(await details.innerText(), /The hallucination gap/);
+  console.log("ok: completion");
+  await word("regret").hover();
+  const operation = page.locator(".monaco-hover:visible", { hasText: "regret(decision: Decision" });
+  await operation.waitFor({ timeout: patience });
+  assert.match(await operation.innerText(), /The optimality gap/);
+  await page.waitForTimeout(1500);
+  const parts = await Promise.all([word("trian"), operation, list, details].map((part) => part.boundingBox()));
+  parts.forEach((part, i) => parts.slice(0, i).forEach((other) => assert(apart(part, other), "each is to be seen")));
+  assert(await page.locator(".squiggly-error").count() > 0);
+  await page.screenshot({ path: join(pictures, "vscode.png") });
+  console.log("ok: hover");
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("Control+Shift+k");
+
+  // What is wrong is told of on hover.
   await word("trian").hover();
   const hover = page.locator(".monaco-hover:visible", { hasText: "IVX0302" });
   await hover.waitFor({ timeout: patience });
   assert.match(await hover.innerText(), /`?trian`?/);
   await page.waitForTimeout(500);
-  await page.screenshot({ path: join(pictures, "vscode.png") });
+  await page.screenshot({ path: join(pictures, "vscode-fault.png") });
   console.log("ok: fault on hover");
 
   // Its mend is a quick fix.
@@ -103,24 +129,6 @@ async function show() {
   await page.keyboard.press("Control+s");
   await until("the mended file", () => readFileSync(file, "utf8") === good);
   console.log("ok: quick fix");
-
-  // What an operation does.
-  await word("argmax").hover();
-  await page.locator(".monaco-hover:visible", { hasText: "argmax(" }).waitFor({ timeout: patience });
-  console.log("ok: hover");
-
-  // Completion as one types.
-  await page.keyboard.press("Escape");
-  await word("argmax").dblclick();
-  await page.keyboard.type("arg", { delay: 100 });
-  const suggestion = page.locator(".suggest-widget.visible .monaco-list-row", { hasText: "argmax" }).first();
-  await suggestion.waitFor({ timeout: patience });
-  await page.screenshot({ path: join(pictures, "vscode-completion.png") });
-  await page.keyboard.press("Escape");
-  for (let undone = 0; undone < 5 && (await word("argmax").count()) === 0; undone++) {
-    await page.keyboard.press("Control+z");
-  }
-  console.log("ok: completion");
 
   // A line of `///` goes on as one.
   await word("edition").click();
@@ -174,6 +182,12 @@ async function show() {
 /** A word of the text, as it is drawn. */
 function word(text) {
   return page.locator(".editor-instance .view-line span span", { hasText: new RegExp(`^\\W*${text}\\W*$`) }).first();
+}
+
+/** Whether neither of two boxes hides more of the other than its border. */
+function apart(a, b) {
+  const before = (start, size) => a[start] + a[size] <= b[start] + 2 || b[start] + b[size] <= a[start] + 2;
+  return before("x", "width") || before("y", "height");
 }
 
 async function until(what, holds) {
