@@ -77,6 +77,24 @@ fn the_report_holds_everything_and_nothing_that_acts() {
 }
 
 #[test]
+fn claims_are_grouped_where_there_are_several_experiments() {
+    let one = |name: &str| {
+        format!("experiment {name} {{ param low: Float = 1.0 claim \"low\" : low < 2.0 }}\n")
+    };
+    let alone = format!("edition \"2026\"\n{}", one("a"));
+    let both = format!("{alone}{}", one("b"));
+    for (spec, n_groups) in [(alone, 0), (both, 2)] {
+        let folder = common::project(&[("spec.ivx", &spec)]);
+        let said = common::ivx(folder.path(), &["exec", "spec.ivx"]).output().expect("it runs");
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+        let page = fs::read_to_string(folder.path().join("results/spec/report.html"));
+        let page = page.expect("it is written");
+        assert_eq!(page.matches("scope=\"rowgroup\"").count(), n_groups);
+        assert_eq!(page.matches("<li><a href=\"#e").count(), n_groups);
+    }
+}
+
+#[test]
 fn a_browser_shows_the_report_in_light_and_dark_and_prints_it() {
     let Some(browser) = browser() else {
         eprintln!("skipped: there is no Chromium to look at the report with (set BROWSER)");

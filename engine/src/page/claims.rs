@@ -22,11 +22,13 @@ pub(super) fn table(spec: &Spec, report: &Report) -> String {
         if experiment.claims.is_empty() {
             continue;
         }
-        rows.extend([
-            format!("<tr class=\"of\"><th colspan=\"3\" scope=\"rowgroup\"><a href=\"#e{i}\">"),
-            escape(&experiment.name),
-            "</a></th></tr>\n".to_owned(),
-        ]);
+        if spec.experiments.len() > 1 {
+            rows.extend([
+                format!("<tr class=\"of\"><th colspan=\"3\" scope=\"rowgroup\"><a href=\"#e{i}\">"),
+                escape(&experiment.name),
+                "</a></th></tr>\n".to_owned(),
+            ]);
+        }
         for claim in &experiment.claims {
             let output = &claim.output;
             rows += &row(&output.name, &output.docs, &claims[&output.name]);

@@ -72,10 +72,11 @@ fn header(spec: &Spec, outcome: &Outcome, report: &Report, origin: &Origin) -> S
         let mark = if experiment.claims.is_empty() { String::new() } else { badge(worst, false) };
         format!("<li><a href=\"#e{i}\">{}</a> {mark}</li>", escape(&experiment.name))
     });
-    let links: String = links.collect();
+    // One alone needs no way to it.
+    let links: String = links.filter(|_| spec.experiments.len() > 1).collect();
     format!(
         "<a class=\"skip\" href=\"#main\">Skip to the claims</a>\n<header>\n<h1>{}</h1>\n\
-         <p>{}{profile} · {}</p>\n<nav aria-label=\"Experiments\"><ul>{links}\
+         <p>{}{profile} · {}</p>\n<nav aria-label=\"Parts\"><ul>{links}\
          <li><a href=\"#again\">How to do it again</a></li></ul></nav>\n</header>",
         escape(&results.spec),
         tally(report),
