@@ -6,7 +6,7 @@ mod common;
 
 use std::ffi::OsString;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Words of a spec are anybody's: these try to act.
@@ -133,4 +133,49 @@ fn a_browser_shows_the_report_in_light_and_dark_and_prints_it() {
     look(&["--screenshot=dark.png", size, "--blink-settings=preferredColorScheme=0"]);
     let (light, dark) = (read("light.png"), read("dark.png"));
     assert!(light.starts_with(b"\x89PNG") && light != dark, "it has a dark look of its own");
+}
+
+/// `BLESS=1` takes the picture anew; look at it.
+#[test]
+fn the_readme_begins_with_the_report_of_its_spec() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let readme = fs::read_to_string(root.join("README.md")).expect("it is there");
+    let block = |fence: &str| {
+        let (_, rest) = readme.split_once(fence).expect("there is such a block");
+        rest.split_once("```").expect("a block ends").0
+    };
+    let name = "overoptimisation.ivx";
+    assert!(readme.contains(&format!("```sh\nivx exec {name}\n```")));
+    let folder = common::project(&[(name, block("```ivx\n"))]);
+    let folder = folder.path();
+    let said = common::ivx(folder, &["exec", name]).output().expect("it runs");
+    let (told, shown) = (String::from_utf8_lossy(&said.stdout), block("```text\n"));
+    assert!(told.starts_with(shown), "README.md shows\n{shown}but there came\n{told}");
+
+    let Some(browser) = browser() else {
+        eprintln!("skipped: there is no Chromium to take the report's picture with (set BROWSER)");
+        return;
+    };
+    let mut look = Command::new(browser);
+    look.args(["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);
+    look.args(["--disable-dev-shm-usage", "--user-data-dir=profile", "--screenshot=report.png"]);
+    look.args(["--force-device-scale-factor=1.2", "--blink-settings=preferredColorScheme=1"]);
+    // As high as claims and figures are.
+    look.arg("--window-size=1080,1010");
+    look.arg(folder.join("results/overoptimisation/report.html")).current_dir(folder);
+    assert!(look.output().expect("it runs").status.success());
+    let taken = fs::read(folder.join("report.png")).expect("the browser has written it");
+    let picture = root.join("docs/pictures/report.png");
+    if std::env::var_os("BLESS").is_some() {
+        fs::write(&picture, &taken).expect("pictures can be written");
+    }
+    let kept = fs::read(&picture).expect("the picture is there");
+    // How long the run took is on it: what is the same is that it is a picture, and how large.
+    let head = 24;
+    assert_eq!(
+        taken[..head],
+        kept[..head],
+        "docs/pictures/report.png is stale: run this test with BLESS=1"
+    );
+    assert!(taken.len() > 50_000 && kept.len() > 50_000, "something is on it");
 }
