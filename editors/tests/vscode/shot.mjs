@@ -175,7 +175,7 @@ async function show() {
 
   // Without the program it is said how to come by it.
   settings(join(folder, "nothing"));
-  await page.locator(".notification-toast", { hasText: "pip install ivx" }).waitFor({ timeout: patience });
+  await page.locator(".notification-toast", { hasText: "Install ivx, or set" }).waitFor({ timeout: patience });
   console.log("ok: no program");
 }
 

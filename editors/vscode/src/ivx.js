@@ -10,9 +10,9 @@ exports.missing = async (path) => {
   const { error } = await call(path, ["lsp", "--help"], {});
   if (!error) return undefined;
   if (error.code === "ENOENT" || error.code === "EACCES") {
-    return `There is no program \`${path}\`. Install it with \`pip install ivx\`, or set \`ivx.path\`.`;
+    return `There is no program \`${path}\`. Install ivx, or set \`ivx.path\` to where it is.`;
   }
-  return `\`${path}\` has no language server: it may be too old. \`pip install --upgrade ivx\` brings a newer one.`;
+  return `\`${path}\` has no language server: it may be too old, or another program of that name.`;
 };
 
 /** What `ivx` says of a spec, or why it says nothing. */
