@@ -31,7 +31,7 @@ def find() -> str:
             return str(path)
     if found := shutil.which("ivx"):
         return found
-    raise FileNotFoundError("there is no ivx beside this Python nor in PATH: pip install ivx, or let $IVX name one")
+    raise FileNotFoundError("there is no ivx beside this Python nor in PATH: install its wheel, or let $IVX name one")
 
 
 def call(args: Sequence[PathLike]) -> subprocess.CompletedProcess[str]:

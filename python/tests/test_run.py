@@ -163,7 +163,7 @@ def test_the_command_is_found(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert ivx.find() == str(own)
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(FileNotFoundError, match="pip install ivx"):
+    with pytest.raises(FileNotFoundError, match="install its wheel"):
         ivx.find()
     (tmp_path / "scripts").mkdir()
     (tmp_path / "scripts" / "ivx").write_text("")
