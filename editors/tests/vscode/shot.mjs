@@ -155,7 +155,8 @@ async function show() {
   await page.screenshot({ path: join(pictures, "vscode-run.png") });
   await page.keyboard.press("Control+j");
   await page.locator(".editor-actions a[aria-label^='Open Report']").click();
-  const shown = page.frameLocator("iframe.webview").frameLocator("iframe");
+  // Of two frames, while a page is replaced, this one is seen.
+  const shown = page.frameLocator("iframe.webview").frameLocator("#active-frame");
   await shown.locator("h1", { hasText: "gap" }).waitFor({ timeout: patience });
   await shown.locator("text=doubt is worth hearing").first().waitFor({ timeout: patience });
   await page.waitForTimeout(500);
