@@ -5,6 +5,7 @@
 
 mod complete;
 mod faults;
+mod greeting;
 mod hints;
 mod hover;
 mod known;
@@ -12,6 +13,7 @@ mod names;
 mod outline;
 mod seen;
 mod server;
+mod stdio;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -19,19 +21,28 @@ mod text;
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types as lsp;
-use lsp_server::Connection;
+use lsp_server::Notification;
 use percent_encoding::{AsciiSet, CONTROLS, percent_decode_str, utf8_percent_encode};
+use serde_json::json;
 
-use crate::{OK, Trouble, project};
+use crate::{FAILED, OK, Trouble, project};
 
 /// Serves one editor over standard input and output, until it says that it is done.
 pub(crate) fn lsp() -> Result<u8, Trouble> {
-    let (connection, threads) = Connection::stdio();
-    let done = server::serve(&connection);
+    let (connection, threads) = stdio::stdio();
+    // Of an editor that cannot be answered any more, nothing is waited for.
+    let is_shut = server::serve(&connection)
+        .map_err(|error| Trouble::Output(std::io::Error::other(error.to_string())))?;
     drop(connection);
     threads.join()?;
-    done.map_err(|error| Trouble::Output(std::io::Error::other(error.to_string())))?;
-    Ok(OK)
+    Ok(if is_shut { OK } else { FAILED })
+}
+
+/// What the editor notes for who looks why something is not as it should be.
+fn remark(words: &str) -> Notification {
+    const WARNING: u8 = 2;
+    let params = json!({ "type": WARNING, "message": words });
+    Notification::new("window/logMessage".to_owned(), params)
 }
 
 /// What a path of an address is written with but for letters, digits and these.

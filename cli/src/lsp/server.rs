@@ -10,42 +10,34 @@ use ivx_grammar::format;
 use ivx_library::registry;
 use ivx_op::Registry;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::complete::complete;
 use super::faults::{actions, faults};
+use super::greeting::{Can, greet};
 use super::hints::{hints, lenses};
 use super::hover::hover;
 use super::known::{Known, Question, answers};
 use super::names::{definition, references, rename, renamed};
-use super::outline::{KINDS, MODIFIERS, folds, symbols, tokens};
+use super::outline::{folds, symbols, tokens};
 use super::seen::{Seen, see};
 use super::text::{Text, Units};
-use super::{path, uri};
+use super::{path, remark, uri};
 use crate::load::{self, Parsed};
 
 /// What goes wrong between server and editor.
-type Broken = Box<dyn std::error::Error + Send + Sync>;
+pub(super) type Broken = Box<dyn std::error::Error + Send + Sync>;
 
-/// Serves until the editor shuts down, or is gone.
-pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
-    let (id, params) = connection.initialize_start()?;
-    let params: lsp::InitializeParams = serde_json::from_value(params)?;
-    let offered = params.capabilities.general.as_ref();
-    let offered = offered.and_then(|general| general.position_encodings.as_deref());
-    let units = Units::agreed(offered);
-    let version = env!("CARGO_PKG_VERSION");
-    let about = json!({ "name": "ivx", "version": version });
-    let told = json!({ "capabilities": capabilities(units), "serverInfo": about });
-    connection.initialize_finish(id, told)?;
-    let can = Can::of(&params.capabilities);
+/// Serves until the editor says that it is done, or is gone. Whether it was told to shut down, as it should be.
+pub(super) fn serve(connection: &Connection) -> Result<bool, Broken> {
+    let Some(can) = greet(connection)? else { return Ok(false) };
     let (ask, told) = answers();
     let mut server = Server {
         sender: &connection.sender,
         registry: Rc::new(registry()),
-        units,
+        units: can.units,
         open: BTreeMap::new(),
         seen: BTreeMap::new(),
         parsed: Parsed::new(),
@@ -55,90 +47,40 @@ pub(super) fn serve(connection: &Connection) -> Result<(), Broken> {
         told_of: BTreeMap::new(),
         ask,
         can,
+        is_shut: false,
         n_asked: 0,
     };
-    if can.watch {
-        server.watch()?;
-    }
-    server.run(connection, &told)
-}
-
-/// What the editor can do that not every one can.
-#[derive(Clone, Copy)]
-struct Can {
-    /// Tell of files that other programs change.
-    watch: bool,
-    /// Show anew what stands beside a text.
-    refresh: bool,
-    /// Go from gap to gap of what it writes.
-    snippets: bool,
-}
-
-impl Can {
-    fn of(capabilities: &lsp::ClientCapabilities) -> Self {
-        let told = serde_json::to_value(capabilities).unwrap_or_default();
-        let can = |path: &str| told.pointer(path) == Some(&Value::Bool(true));
-        Self {
-            watch: can("/workspace/didChangeWatchedFiles/dynamicRegistration"),
-            refresh: can("/workspace/inlayHint/refreshSupport"),
-            snippets: can("/textDocument/completion/completionItem/snippetSupport"),
-        }
-    }
-}
-
-/// What the server can do.
-fn capabilities(units: Units) -> lsp::ServerCapabilities {
-    let legend = lsp::SemanticTokensLegend {
-        token_types: KINDS.map(str::to_owned).into(),
-        token_modifiers: MODIFIERS.map(str::to_owned).into(),
-    };
-    let words = |words: &[&str]| Some(words.iter().map(ToString::to_string).collect());
-    lsp::ServerCapabilities {
-        position_encoding: Some(units.kind()),
-        text_document_sync: Some(
-            lsp::TextDocumentSyncOptions {
-                open_close: Some(true),
-                change: Some(lsp::TextDocumentSyncKind::Incremental),
-                save: Some(true.into()),
-                ..lsp::TextDocumentSyncOptions::default()
-            }
-            .into(),
-        ),
-        completion_provider: Some(lsp::CompletionOptions {
-            trigger_characters: words(&["(", "[", "\"", ".", ":", ",", "/"]),
-            ..lsp::CompletionOptions::default()
-        }),
-        hover_provider: Some(true.into()),
-        definition_provider: Some(true.into()),
-        references_provider: Some(true.into()),
-        document_symbol_provider: Some(true.into()),
-        code_action_provider: Some(true.into()),
-        code_lens_provider: Some(lsp::CodeLensOptions::default()),
-        document_formatting_provider: Some(true.into()),
-        rename_provider: Some(
-            lsp::RenameOptions { prepare_provider: Some(true), ..lsp::RenameOptions::default() }
-                .into(),
-        ),
-        folding_range_provider: Some(true.into()),
-        semantic_tokens_provider: Some(
-            lsp::SemanticTokensOptions {
-                legend,
-                full: Some(true.into()),
-                ..lsp::SemanticTokensOptions::default()
-            }
-            .into(),
-        ),
-        inlay_hint_provider: Some(true.into()),
-        ..lsp::ServerCapabilities::default()
-    }
+    server.run(&connection.receiver, &told)
 }
 
 /// A text in the editor.
 struct Open {
     /// As the editor calls it.
     uri: lsp::Uri,
-    version: i32,
+    version: Option<i32>,
     text: Text,
+}
+
+/// What was changed in a text.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Changed {
+    text_document: Version,
+    content_changes: Vec<Change>,
+}
+
+/// A text, and its version where the editor counts them.
+#[derive(Deserialize)]
+struct Version {
+    uri: lsp::Uri,
+    version: Option<i32>,
+}
+
+/// A text in place of what was somewhere, or of all.
+#[derive(Deserialize)]
+struct Change {
+    range: Option<lsp::Range>,
+    text: String,
 }
 
 struct Server<'c> {
@@ -160,6 +102,8 @@ struct Server<'c> {
     told_of: BTreeMap<PathBuf, Vec<lsp::Diagnostic>>,
     ask: Sender<Question>,
     can: Can,
+    /// Whether nothing but the end is waited for.
+    is_shut: bool,
     /// How often the editor was asked something.
     n_asked: i32,
 }
@@ -167,21 +111,19 @@ struct Server<'c> {
 impl Server<'_> {
     fn run(
         &mut self,
-        connection: &Connection,
+        receiver: &Receiver<Message>,
         told: &Receiver<(PathBuf, Known)>,
-    ) -> Result<(), Broken> {
-        let receiver = &connection.receiver;
+    ) -> Result<bool, Broken> {
         loop {
             let message = if self.changed.is_empty() {
                 select! {
                     recv(receiver) -> message => match message {
                         Ok(message) => message,
-                        Err(_) => return Ok(()),
+                        Err(_) => return Ok(true),
                     },
                     recv(told) -> known => {
-                        if let Ok((path, known)) = known {
-                            self.knows(path, known)?;
-                        }
+                        let (path, known) = known?;
+                        self.knows(path, known)?;
                         continue;
                     }
                 }
@@ -192,20 +134,26 @@ impl Server<'_> {
                         self.check()?;
                         continue;
                     }
-                    Err(TryRecvError::Disconnected) => return Ok(()),
+                    Err(TryRecvError::Disconnected) => return Ok(true),
                 }
             };
             match message {
+                Message::Notification(note) if note.method == "exit" => return Ok(self.is_shut),
                 Message::Request(request) => {
-                    if connection.handle_shutdown(&request)? {
-                        return Ok(());
-                    }
-                    self.check()?;
-                    let response = self.answer(request);
+                    let response = self.answer(request)?;
                     self.sender.send(response.into())?;
                 }
-                Message::Notification(note) => self.hear(note)?,
-                Message::Response(_) => {}
+                Message::Notification(note) if !self.is_shut => {
+                    let method = note.method.clone();
+                    match self.hear(note) {
+                        Err(error) if error.is::<serde_json::Error>() => {
+                            let why = remark(&format!("`{method}` says nothing: {error}"));
+                            self.sender.send(why.into())?;
+                        }
+                        heard => heard?,
+                    }
+                }
+                Message::Notification(_) | Message::Response(_) => {}
             }
         }
     }
@@ -230,30 +178,24 @@ impl Server<'_> {
 
     fn hear(&mut self, note: Notification) -> Result<(), Broken> {
         match note.method.as_str() {
+            "initialized" if self.can.watch => self.watch()?,
             "textDocument/didOpen" => {
                 let lsp::DidOpenTextDocumentParams { text_document: own } =
                     serde_json::from_value(note.params)?;
                 let Some(path) = path(&own.uri) else { return Ok(()) };
-                let open = Open { uri: own.uri, version: own.version, text: Text::new(own.text) };
+                let open =
+                    Open { uri: own.uri, version: Some(own.version), text: Text::new(own.text) };
                 self.open.insert(path.clone(), open);
                 self.touch(&path);
             }
             "textDocument/didChange" => {
-                let lsp::DidChangeTextDocumentParams { text_document: own, content_changes } =
+                let Changed { text_document: own, content_changes } =
                     serde_json::from_value(note.params)?;
-                let Some(path) = path(&own.text_document_identifier.uri) else { return Ok(()) };
+                let Some(path) = path(&own.uri) else { return Ok(()) };
                 let Some(open) = self.open.get_mut(&path) else { return Ok(()) };
                 open.version = own.version;
-                for change in content_changes {
-                    let (range, with) = match change {
-                        lsp::TextDocumentContentChangeEvent::TextDocumentContentChangePartial(part) => {
-                            (Some(part.range), part.text)
-                        }
-                        lsp::TextDocumentContentChangeEvent::TextDocumentContentChangeWholeDocument(
-                            whole,
-                        ) => (None, whole.text),
-                    };
-                    open.text = std::mem::take(&mut open.text).edited(range, &with, self.units);
+                for Change { range, text } in content_changes {
+                    open.text = std::mem::take(&mut open.text).edited(range, &text, self.units);
                 }
                 self.touch(&path);
             }
@@ -334,7 +276,7 @@ impl Server<'_> {
             let open = self.open.get(path);
             let told = lsp::PublishDiagnosticsParams {
                 uri: open.map_or_else(|| uri(path), |open| open.uri.clone()),
-                version: open.map(|open| open.version),
+                version: open.and_then(|open| open.version),
                 diagnostics: diagnostics.clone(),
             };
             self.tell("textDocument/publishDiagnostics", &told)?;
@@ -361,16 +303,25 @@ impl Server<'_> {
         Ok(())
     }
 
-    fn answer(&self, request: Request) -> Response {
+    fn answer(&mut self, request: Request) -> Result<Response, Broken> {
         let Request { id, method, params } = request;
-        match self.answered(&method, &params) {
+        let fault = |id, code: ErrorCode, why| Response::new_err(id, code as i32, why);
+        if self.is_shut {
+            let why = format!("`{method}` comes after `shutdown`");
+            return Ok(fault(id, ErrorCode::InvalidRequest, why));
+        }
+        if method == "shutdown" {
+            self.is_shut = true;
+            return Ok(Response::new_ok(id, Value::Null));
+        }
+        self.check()?;
+        Ok(match self.answered(&method, &params) {
             Ok(Some(result)) => Response::new_ok(id, result),
             Ok(None) => {
-                let message = format!("`{method}` is not known here");
-                Response::new_err(id, ErrorCode::MethodNotFound as i32, message)
+                fault(id, ErrorCode::MethodNotFound, format!("`{method}` is not known here"))
             }
-            Err(why) => Response::new_err(id, ErrorCode::RequestFailed as i32, why),
-        }
+            Err(why) => fault(id, ErrorCode::RequestFailed, why),
+        })
     }
 
     /// The answer to a request; none where it is of no kind that is known.

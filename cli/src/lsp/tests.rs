@@ -59,8 +59,7 @@ impl Editor {
         let folder = tempfile::tempdir().expect("temporary folders can be made");
         fs::create_dir(folder.path().join(".git")).expect("the folder is empty");
         let (here, there) = Connection::memory();
-        let server =
-            thread::spawn(move || serve(&there).expect("the editor keeps to the protocol"));
+        let server = thread::spawn(move || assert!(serve(&there).expect("the editor is there")));
         let mut editor =
             Self { connection: Some(here), server: Some(server), folder, id: 0, told: Vec::new() };
         let params = json!({ "processId": null, "rootUri": null, "capabilities": capabilities });

@@ -2,6 +2,7 @@
 
 use gen_lsp_types::{Position, PositionEncodingKind, Range};
 use ivx_grammar::Span;
+use serde_json::Value;
 
 /// In what units an editor counts along a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,9 +16,9 @@ pub(super) enum Units {
 
 impl Units {
     /// What both sides know best.
-    pub(super) fn agreed(offered: Option<&[PositionEncodingKind]>) -> Self {
-        let known = offered.unwrap_or_default().contains(&PositionEncodingKind::UTF8);
-        if known { Self::Utf8 } else { Self::Utf16 }
+    pub(super) fn agreed(offered: Option<&Value>) -> Self {
+        let mut offered = offered.and_then(Value::as_array).into_iter().flatten();
+        if offered.any(|known| known == "utf-8") { Self::Utf8 } else { Self::Utf16 }
     }
 
     /// What the editor is told.
