@@ -11,6 +11,11 @@ use ivx_grammar::suggest;
 /// # Errors
 /// If it cannot be read, or is no text: then with the place of the first byte that is none.
 pub(crate) fn text(path: &Path) -> io::Result<String> {
+    let kind = fs::metadata(path)?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        // It may never end.
+        return Err(io::Error::other("it is no file"));
+    }
     String::from_utf8(fs::read(path)?).map_err(|error| not_text(error.as_bytes())).and_then(
         |text| {
             // These are characters, but not of any text that somebody wrote.
@@ -125,6 +130,13 @@ mod tests {
         fs::write(&path, bytes).expect("files can be written");
         let found = text(&path).map_err(|error| plain(&error));
         assert_eq!(found.as_deref().map_err(String::as_str), expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_may_never_end_is_not_read() {
+        let error = text(Path::new("/dev/null")).expect_err("it is no file");
+        assert_eq!(plain(&error), "it is no file");
     }
 
     #[test]
