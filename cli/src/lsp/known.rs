@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
@@ -69,7 +70,9 @@ pub(super) fn answers() -> (Sender<Question>, Receiver<(PathBuf, Known)>) {
                 last.insert(next.path.clone(), next);
             }
             for (path, question) in last {
-                if tell.send((path, known(&question))).is_err() {
+                // Nothing that goes wrong here is worth the editor's faults: then nothing is known.
+                let known = catch_unwind(AssertUnwindSafe(|| known(&question)));
+                if tell.send((path, known.unwrap_or_default())).is_err() {
                     return;
                 }
             }
@@ -110,4 +113,35 @@ fn nodes(question: &Question) -> BTreeMap<String, Nodes> {
         add(address, node.index());
     }
     nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use ivx_grammar::check::{Settings, look};
+
+    use super::super::tests::SPEC;
+    use super::*;
+    use crate::load::load;
+
+    #[test]
+    fn what_goes_wrong_with_one_question_is_no_end_of_answers() {
+        let folder = tempfile::tempdir().expect("temporary folders can be made");
+        let spec = folder.path().join("x.ivx");
+        fs::write(&spec, SPEC).expect("files can be written");
+        let registry = registry();
+        let project = load(&spec, &registry).expect("it can be read").project;
+        let (ask, told) = answers();
+        let asked = |name: &str, is_broken: bool| {
+            let mut look = look(&project, &registry, &Settings::default());
+            if is_broken {
+                look.spec.axes.clear();
+            }
+            let (root, path) = (folder.path().to_owned(), PathBuf::from(name));
+            ask.send(Question { path, root, name: name.to_owned(), look: look.into() })
+                .expect("somebody listens");
+            told.recv().expect("it is answered").1.nodes.len()
+        };
+        assert_eq!(asked("broken", true), 0);
+        assert_ne!(asked("whole", false), 0);
+    }
 }

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::server::serve;
 use super::uri;
 
-const SPEC: &str = r#"edition "2026"
+pub(super) const SPEC: &str = r#"edition "2026"
 
 /// What acting greedily costs.
 experiment gaps {
