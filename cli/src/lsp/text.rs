@@ -33,6 +33,8 @@ impl Units {
     fn length(self, text: &str) -> u32 {
         let length = match self {
             Self::Utf8 => text.len(),
+            // Most is, and lines can be long.
+            Self::Utf16 if text.is_ascii() => text.len(),
             Self::Utf16 => text.encode_utf16().count(),
         };
         u32::try_from(length).unwrap_or(u32::MAX)
