@@ -80,5 +80,7 @@ fn path(uri: &lsp::Uri) -> Option<PathBuf> {
     let path = percent_decode_str(&rest[from..]).decode_utf8().ok()?;
     // `/c:/x` is `c:/x`.
     let drive = path.as_bytes().get(2) == Some(&b':');
-    Some(project::real(Path::new(if drive { &path[1..] } else { &*path })))
+    let path = project::real(Path::new(if drive { &path[1..] } else { &*path }));
+    // The root of all folders is no file.
+    path.parent().is_some().then_some(path)
 }

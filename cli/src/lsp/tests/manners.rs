@@ -60,6 +60,9 @@ fn odd_texts_and_questions_are_answered() {
     assert_eq!(editor.of("textDocument/hover", "none.ivx"), Value::Null);
     let params = json!({ "textDocument": { "uri": "untitled:Untitled-1" }, "position": { "line": 0, "character": 0 } });
     assert_eq!(editor.ask("textDocument/hover", params), Ok(Value::Null));
+    let text = "edition \"2026\"\nuse \"x.ivx\"\n";
+    let document = json!({ "uri": "file:///", "languageId": "ivx", "version": 1, "text": text });
+    editor.tell("textDocument/didOpen", json!({ "textDocument": document }));
     let error = editor.ask("workspace/nonsense", json!({})).expect_err("it is not known");
     assert!(error.contains("not known"), "{error}");
 }
