@@ -8,7 +8,6 @@ use ivx_grammar::{Code, Diagnostic, Severity, Span};
 
 use super::seen::Seen;
 use super::text::{Text, Units};
-use super::uri;
 
 /// What is wrong with each file of a spec.
 pub(super) fn faults(seen: &Seen, units: Units) -> BTreeMap<PathBuf, Vec<lsp::Diagnostic>> {
@@ -25,7 +24,7 @@ pub(super) fn faults(seen: &Seen, units: Units) -> BTreeMap<PathBuf, Vec<lsp::Di
 fn shown(seen: &Seen, fault: &Diagnostic, units: Units) -> lsp::Diagnostic {
     let place = |span: Span| {
         let text = &seen.texts[span.file as usize];
-        lsp::Location::new(uri(&seen.paths[span.file as usize]), text.range(span, units))
+        lsp::Location::new(seen.uris[span.file as usize].clone(), text.range(span, units))
     };
     let mut labels = fault.labels.iter();
     let first = labels.next();
@@ -69,7 +68,7 @@ pub(super) fn actions(seen: &Seen, range: lsp::Range, units: Units) -> Vec<lsp::
     here.filter_map(|fault| {
         let (span, with) = mended(text, fault)?;
         let edit = lsp::TextEdit::new(text.range(span, units), with);
-        let changes = [(uri(&seen.paths[0]), vec![edit])].into_iter().collect();
+        let changes = [(seen.uris[0].clone(), vec![edit])].into_iter().collect();
         Some(lsp::CodeAction {
             title: fault.help.clone().unwrap_or_else(|| fault.message.clone()),
             kind: Some(lsp::CodeActionKind::QuickFix),

@@ -9,7 +9,6 @@ use serde_json::json;
 use super::known::{Known, Nodes};
 use super::seen::Seen;
 use super::text::Units;
-use super::uri;
 use crate::command::{bracketed, difference};
 
 /// What is told at the ends of lines.
@@ -52,7 +51,7 @@ pub(super) fn hints(seen: &Seen, known: &Known, units: Units) -> Vec<lsp::InlayH
 
 /// What can be done: run the spec, and ask why a measure is what it is.
 pub(super) fn lenses(seen: &Seen, units: Units) -> Vec<lsp::CodeLens> {
-    let uri = uri(&seen.paths[0]).0;
+    let uri = &seen.uris[0].0;
     let lens = |item: &Item, title: &str, command: &str, arguments: Vec<serde_json::Value>| {
         let at = seen.text().position(item.span.start as usize, units);
         let command = lsp::Command {

@@ -9,7 +9,7 @@ use gen_lsp_types as lsp;
 use ivx_grammar::{Means, Mention, Sort, Span, is_name, names_at};
 use ivx_op::Registry;
 
-use super::seen::{Seen, see};
+use super::seen::{Called, Seen, see};
 use super::text::Units;
 use super::uri;
 use crate::load::Open;
@@ -26,7 +26,9 @@ pub(super) fn definition(seen: &Seen, at: usize, units: Units) -> Option<lsp::Lo
         Means::Label(axis, label) => place(seen, seen.label(*axis, label)?, units),
         Means::File(path) => {
             let path = fs::canonicalize(seen.paths[0].parent()?.join(path)).ok()?;
-            Some(lsp::Location::new(uri(&path), lsp::Range::default()))
+            let own = seen.paths.iter().position(|own| *own == path);
+            let uri = own.map_or_else(|| uri(&path), |own| seen.uris[own].clone());
+            Some(lsp::Location::new(uri, lsp::Range::default()))
         }
         Means::Library(_) | Means::Argument(..) => None,
     }
@@ -34,7 +36,7 @@ pub(super) fn definition(seen: &Seen, at: usize, units: Units) -> Option<lsp::Lo
 
 fn place(seen: &Seen, span: Span, units: Units) -> Option<lsp::Location> {
     let text = seen.texts.get(span.file as usize)?;
-    Some(lsp::Location::new(uri(&seen.paths[span.file as usize]), text.range(span, units)))
+    Some(lsp::Location::new(seen.uris[span.file as usize].clone(), text.range(span, units)))
 }
 
 /// What is meant, wherever it is seen from.
@@ -60,11 +62,11 @@ fn target(seen: &Seen, means: &Means) -> Option<Target> {
 
 /// Every place of the project that names what is named at a byte, each once, in order of file and place.
 ///
-/// - `open`: what the editor has of files.
+/// - `open`: what the editor has of files, and how it calls them.
 pub(super) fn references(
     seen: &Seen,
     at: usize,
-    open: &Open<'_>,
+    open: (&Open<'_>, &Called),
     registry: &Rc<Registry>,
     units: Units,
 ) -> Vec<lsp::Location> {
@@ -79,7 +81,7 @@ pub(super) fn references(
 fn everywhere(
     seen: &Seen,
     at: usize,
-    open: &Open<'_>,
+    open: (&Open<'_>, &Called),
     registry: &Rc<Registry>,
     mut show: impl FnMut(&Seen, &Mention),
 ) {
@@ -160,7 +162,7 @@ pub(super) fn rename(
     seen: &Seen,
     at: usize,
     name: &str,
-    (open, registry, units): (&Open<'_>, &Rc<Registry>, Units),
+    (open, registry, units): ((&Open<'_>, &Called), &Rc<Registry>, Units),
 ) -> Result<lsp::WorkspaceEdit, String> {
     renamed(seen, at, units)?;
     let mention = seen.mention(at).ok_or("there is no name here")?;
@@ -176,14 +178,14 @@ pub(super) fn rename(
     if taken.iter().any(|(known, span, _)| known == name && *span != declared) {
         return Err(format!("`{name}` is declared already"));
     }
-    let mut changes: BTreeMap<PathBuf, Vec<lsp::TextEdit>> = BTreeMap::new();
+    let mut changes: BTreeMap<PathBuf, (lsp::Uri, Vec<lsp::TextEdit>)> = BTreeMap::new();
     everywhere(seen, at, open, registry, |seen, mention| {
         let (file, span) = (mention.span.file as usize, mention.span);
         if seen.texts[file].of(span) == old {
             let edit = lsp::TextEdit::new(seen.texts[file].range(span, units), name.to_owned());
-            changes.entry(seen.paths[file].clone()).or_default().push(edit);
+            let none = || (seen.uris[file].clone(), Vec::new());
+            changes.entry(seen.paths[file].clone()).or_insert_with(none).1.push(edit);
         }
     });
-    let changes = changes.into_iter().map(|(path, edits)| (uri(&path), edits)).collect();
-    Ok(lsp::WorkspaceEdit::new(Some(changes), None, None))
+    Ok(lsp::WorkspaceEdit::new(Some(changes.into_values().collect()), None, None))
 }

@@ -1,18 +1,24 @@
 //! What is known of a spec as it stands in the editor.
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use gen_lsp_types as lsp;
 use ivx_grammar::ast::{Ast, Item, ItemKind};
 use ivx_grammar::check::{Look, Settings, Value, look, runs};
 use ivx_grammar::{Diagnostic, Means, Mention, Severity, Span, mentions};
 use ivx_op::Registry;
 
 use super::text::Text;
+use super::uri;
 use crate::Trouble;
 use crate::load::{Loaded, Open, Parsed, load_open};
+
+/// How the editor calls files, by the path with its links resolved.
+pub(super) type Called = BTreeMap<PathBuf, lsp::Uri>;
 
 /// A spec, checked.
 pub(super) struct Seen {
@@ -25,14 +31,20 @@ pub(super) struct Seen {
     pub(super) faults: Vec<Diagnostic>,
     /// Where its files lie, the spec first.
     pub(super) paths: Vec<PathBuf>,
+    /// How the editor calls them.
+    pub(super) uris: Vec<lsp::Uri>,
     /// Their texts.
     pub(super) texts: Vec<Text>,
 }
 
 /// Reads and checks a spec.
 ///
-/// - `open`: what the editor has of files.
-pub(super) fn see(path: &Path, open: &Open<'_>, registry: &Rc<Registry>) -> Result<Seen, Trouble> {
+/// - `open`: what the editor has of files, and how it calls them.
+pub(super) fn see(
+    path: &Path,
+    (open, called): (&Open<'_>, &Called),
+    registry: &Rc<Registry>,
+) -> Result<Seen, Trouble> {
     let loaded = load_open(path, registry, open)?;
     let look = Arc::new(look(&loaded.project, registry, &Settings::default()));
     // Of text that does not read, warnings would be noise.
@@ -41,10 +53,16 @@ pub(super) fn see(path: &Path, open: &Open<'_>, registry: &Rc<Registry>) -> Resu
     let found = found.filter(|fault| whole || fault.code.severity() == Severity::Error);
     let faults = loaded.diagnostics.iter().chain(found).cloned().collect();
     let files = &loaded.project.files;
-    let paths = files.iter().map(|file| loaded.root.join(&file.path)).collect();
+    let paths: Vec<_> = files.iter().map(|file| loaded.root.join(&file.path)).collect();
+    let uris = paths.iter().map(|path| called_as(path, called)).collect();
     let texts = files.iter().map(|file| Text::new(file.text.clone())).collect();
     let registry = Rc::clone(registry);
-    Ok(Seen { registry, loaded, look, mentions: OnceCell::new(), faults, paths, texts })
+    Ok(Seen { registry, loaded, look, mentions: OnceCell::new(), faults, paths, uris, texts })
+}
+
+/// How the editor calls a file: as it did first, where it did.
+pub(super) fn called_as(path: &Path, called: &Called) -> lsp::Uri {
+    called.get(path).cloned().unwrap_or_else(|| uri(path))
 }
 
 impl Seen {

@@ -22,9 +22,9 @@ use super::hover::hover;
 use super::known::{Known, Question, answers};
 use super::names::{definition, references, rename, renamed};
 use super::outline::{folds, symbols, tokens};
-use super::seen::{Seen, see};
+use super::seen::{Called, Seen, called_as, see};
 use super::text::{Text, Units};
-use super::{path, remark, uri};
+use super::{path, remark};
 use crate::load::{self, Parsed};
 
 /// What goes wrong between server and editor.
@@ -39,6 +39,7 @@ pub(super) fn serve(connection: &Connection) -> Result<bool, Broken> {
         registry: Rc::new(registry()),
         units: can.units,
         open: BTreeMap::new(),
+        called: Called::new(),
         seen: BTreeMap::new(),
         parsed: Parsed::new(),
         known: BTreeMap::new(),
@@ -55,8 +56,6 @@ pub(super) fn serve(connection: &Connection) -> Result<bool, Broken> {
 
 /// A text in the editor.
 struct Open {
-    /// As the editor calls it.
-    uri: lsp::Uri,
     version: Option<i32>,
     text: Text,
 }
@@ -89,6 +88,8 @@ struct Server<'c> {
     units: Units,
     /// By the path with its links resolved.
     open: BTreeMap<PathBuf, Open>,
+    /// What was open at some time: what was told of it is taken back by the same name.
+    called: Called,
     /// What is known of each text that is open.
     seen: BTreeMap<PathBuf, Seen>,
     /// Texts as they last read without a fault.
@@ -183,8 +184,8 @@ impl Server<'_> {
                 let lsp::DidOpenTextDocumentParams { text_document: own } =
                     serde_json::from_value(note.params)?;
                 let Some(path) = path(&own.uri) else { return Ok(()) };
-                let open =
-                    Open { uri: own.uri, version: Some(own.version), text: Text::new(own.text) };
+                let open = Open { version: Some(own.version), text: Text::new(own.text) };
+                self.called.insert(path.clone(), own.uri);
                 self.open.insert(path.clone(), open);
                 self.touch(&path);
             }
@@ -243,7 +244,9 @@ impl Server<'_> {
         let mut old = Vec::new();
         for path in std::mem::take(&mut self.changed) {
             // A text that cannot be read any more is seen as it was.
-            let Ok(seen) = see(&path, &self.from(), &self.registry) else { continue };
+            let Ok(seen) = see(&path, (&self.from(), &self.called), &self.registry) else {
+                continue;
+            };
             seen.keep(&mut self.parsed);
             if seen.runs() {
                 self.ask.send(Question::of(path.clone(), &seen))?;
@@ -275,7 +278,7 @@ impl Server<'_> {
             }
             let open = self.open.get(path);
             let told = lsp::PublishDiagnosticsParams {
-                uri: open.map_or_else(|| uri(path), |open| open.uri.clone()),
+                uri: called_as(path, &self.called),
                 version: open.and_then(|open| open.version),
                 diagnostics: diagnostics.clone(),
             };
@@ -346,13 +349,22 @@ impl Server<'_> {
                 written(&complete(seen, &self.registry, at(seen)?, (units, self.can.snippets)))
             }
             "textDocument/definition" => written(&definition(seen, at(seen)?, units)),
-            "textDocument/references" => {
-                written(&references(seen, at(seen)?, &self.from(), &self.registry, units))
-            }
+            "textDocument/references" => written(&references(
+                seen,
+                at(seen)?,
+                (&self.from(), &self.called),
+                &self.registry,
+                units,
+            )),
             "textDocument/prepareRename" => written(&renamed(seen, at(seen)?, units)?),
             "textDocument/rename" => {
                 let name = params.get("newName").and_then(Value::as_str).unwrap_or_default();
-                written(&rename(seen, at(seen)?, name, (&self.from(), &self.registry, units))?)
+                written(&rename(
+                    seen,
+                    at(seen)?,
+                    name,
+                    ((&self.from(), &self.called), &self.registry, units),
+                )?)
             }
             "textDocument/documentSymbol" => written(&symbols(seen, units)),
             "textDocument/foldingRange" => written(&folds(seen, units)),

@@ -85,3 +85,33 @@ fn two_projects_are_kept_apart() {
     editor.open("outside.ivx", "edition \"2026\"\nuse \"../x.ivx\"\n");
     assert_eq!(editor.faults("outside.ivx")[0]["code"], "IVX0203");
 }
+
+#[cfg(unix)]
+#[test]
+fn files_are_called_as_the_editor_calls_them() {
+    let mut editor = Editor::new();
+    fs::create_dir(editor.path("real")).expect("folders can be made");
+    std::os::unix::fs::symlink(editor.path("real"), editor.path("link")).expect("it can be linked");
+    let text = SPEC.replace("by: ke)", "by: kee)");
+    editor.open("link/gaps.ivx", &text);
+    assert_eq!(editor.faults("link/gaps.ivx").len(), 1);
+    let own = editor.uri("link/gaps.ivx");
+    let everywhere = json!({
+        "textDocument": { "uri": own },
+        "range": { "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } },
+    });
+    let actions = editor.ask("textDocument/codeAction", everywhere).expect("it is answered");
+    let edits = &actions[0]["edit"]["changes"][&own];
+    assert_eq!(edited(&text, edits), SPEC);
+    let found = editor.at("textDocument/definition", "link/gaps.ivx", &text, "argmax(mod");
+    assert_eq!(found["uri"], own);
+    let mut params = editor.place("link/gaps.ivx", &text, "argmax(mod");
+    params["newName"] = json!("learned");
+    let changed = editor.ask("textDocument/rename", params).expect("it can be renamed");
+    assert!(edited(&text, &changed["changes"][&own]).contains("argmax(learned"));
+    let lenses = editor.of("textDocument/codeLens", "link/gaps.ivx");
+    assert_eq!(lenses[0]["command"]["arguments"][0], own);
+    // What was told by one name is taken back by the same.
+    editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": own } }));
+    assert_eq!(editor.faults("link/gaps.ivx"), [] as [Value; 0]);
+}
