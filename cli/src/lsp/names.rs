@@ -1,6 +1,6 @@
 //! Where names are declared and used, in all specs of a project, and how they are given others.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -15,8 +15,10 @@ use super::uri;
 use crate::load::Open;
 use crate::source::is_spec;
 
-/// Most specs of a project that are looked at, and the deepest folder.
+/// Most specs of a project that are looked at, most folders, and the deepest of them: the project of a spec that lies
+/// in none is all that is beside and below it.
 const MOST_SPECS: usize = 5_000;
+const MOST_FOLDERS: usize = 10_000;
 const DEEPEST: usize = 16;
 
 /// Where what is named at a byte is declared.
@@ -100,7 +102,9 @@ fn everywhere(
         }
     };
     within(seen);
-    for path in specs(&seen.loaded.root) {
+    let mut specs = specs(&seen.loaded.root);
+    specs.sort();
+    for path in specs {
         if path != seen.paths[0]
             && let Ok(other) = see(&path, open, registry)
         {
@@ -109,24 +113,25 @@ fn everywhere(
     }
 }
 
-/// The specs of a project, in order.
+/// The specs of a project; where it has too many folders, those that lie less deep.
 fn specs(root: &Path) -> Vec<PathBuf> {
     let mut specs = Vec::new();
-    let mut todo = vec![(root.to_owned(), 0)];
-    while let Some((folder, depth)) = todo.pop() {
+    let mut todo = VecDeque::from([(root.to_owned(), 0)]);
+    let mut n_folders = 0;
+    while let Some((folder, depth)) = todo.pop_front().filter(|_| n_folders < MOST_FOLDERS) {
+        n_folders += 1;
         let entries = fs::read_dir(&folder).into_iter().flatten().flatten();
         for entry in entries {
             let path = entry.path();
             let hidden = entry.file_name().to_string_lossy().starts_with('.');
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
             if is_folder && !hidden && depth < DEEPEST && !made(&path) {
-                todo.push((path, depth + 1));
+                todo.push_back((path, depth + 1));
             } else if is_spec(&path) && specs.len() < MOST_SPECS {
                 specs.push(path);
             }
         }
     }
-    specs.sort();
     specs
 }
 
