@@ -193,7 +193,13 @@ impl Loader<'_> {
     fn place(&mut self, from: &Path, name: &Spanned<String>) -> Result<PathBuf, Diagnostic> {
         let folder = from.parent().expect("a file lies in a folder");
         let wanted = lexical(&folder.join(&name.value));
-        let found = wanted.starts_with(&self.loaded.root).then(|| fs::canonicalize(&wanted));
+        let is_open = self.from.texts.contains_key(&*wanted);
+        let found =
+            wanted.starts_with(&self.loaded.root).then(|| match fs::canonicalize(&wanted) {
+                // What an editor has not saved yet is nowhere else.
+                Err(_) if is_open => Ok(wanted.clone()),
+                found => found,
+            });
         match found {
             Some(Ok(path)) if path.starts_with(&self.loaded.root) => {
                 self.links.push((wanted, path.clone()));

@@ -102,8 +102,11 @@ fn everywhere(
         }
     };
     within(seen);
+    let open_too = open.0.texts.keys().filter(|path| path.starts_with(&seen.loaded.root));
     let mut specs = specs(&seen.loaded.root);
+    specs.extend(open_too.map(|path| path.to_path_buf()));
     specs.sort();
+    specs.dedup();
     for path in specs {
         if path != seen.paths[0]
             && let Ok(other) = see(&path, open, registry)

@@ -222,7 +222,7 @@ impl Server<'_> {
 
     /// A file is another than it was: whoever reads it is checked again.
     fn touch(&mut self, path: &Path) {
-        let reads = |seen: &Seen| seen.paths.iter().any(|own| own == path);
+        let reads = |seen: &Seen| seen.loaded.read.contains_key(path);
         let readers = self.seen.iter().filter(|(_, seen)| reads(seen)).map(|(own, _)| own.clone());
         self.changed.extend(readers);
         if self.open.contains_key(path) {

@@ -86,6 +86,22 @@ fn two_projects_are_kept_apart() {
     assert_eq!(editor.faults("outside.ivx")[0]["code"], "IVX0203");
 }
 
+#[test]
+fn a_text_that_was_never_saved_can_be_used() {
+    let mut editor = Editor::new();
+    let user = "edition \"2026\"\nuse \"shared.ivx\" { a }\nexperiment e { measure m = 1.0 * a }\n";
+    editor.open("user.ivx", user);
+    assert_eq!(editor.faults("user.ivx")[0]["code"], "IVX0201");
+    let shared = "edition \"2026\"\nlet a = 1\n";
+    editor.open("shared.ivx", shared);
+    assert_eq!(editor.faults("user.ivx"), [] as [Value; 0]);
+    let found = editor.at("textDocument/references", "shared.ivx", shared, "let a");
+    assert_eq!(found.as_array().map(Vec::len), Some(3), "{found}");
+    let document = json!({ "textDocument": { "uri": editor.uri("shared.ivx") } });
+    editor.tell("textDocument/didClose", document);
+    assert_eq!(editor.faults("user.ivx")[0]["code"], "IVX0201");
+}
+
 #[cfg(unix)]
 #[test]
 fn files_are_called_as_the_editor_calls_them() {
