@@ -31,7 +31,7 @@ pub(crate) struct NodeExec {
     /// The digest of the library that the run has: another is refused.
     #[arg(long, value_name = "DIGEST")]
     pub(crate) library: Option<String>,
-    /// Where this machine keeps what it fetches and makes [default: `IVX_CACHE`, else below the user's cache folder].
+    /// Where this machine keeps what it fetches and makes [default: below the user's cache folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) cache: Option<PathBuf>,
     /// How many threads a node keeps busy.
@@ -90,7 +90,7 @@ pub(crate) struct Worker {
     /// End after so long without work [default: never].
     #[arg(long, value_name = "TIME", value_parser = parse_span)]
     pub(crate) idle: Option<Duration>,
-    /// Where this machine keeps what it fetches and makes [default: `IVX_CACHE`, else below the user's cache folder].
+    /// Where this machine keeps what it fetches and makes [default: below the user's cache folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) cache: Option<PathBuf>,
     /// End with the run of this name.

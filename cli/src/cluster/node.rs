@@ -126,13 +126,13 @@ fn found(
     }
 }
 
-/// Where this machine keeps what it fetches and makes.
+/// Where this machine keeps what it fetches and makes. Never the cache of a run, which has the right to what it hands
+/// out: a node would wait for itself.
 fn own_cache(asked: Option<&Path>) -> PathBuf {
     let variable = |name: &str| var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let below = |folder: PathBuf| folder.join("ivx").join("worker");
     asked
         .map(Path::to_owned)
-        .or_else(|| variable("IVX_CACHE"))
         .or_else(|| variable("XDG_CACHE_HOME").map(below))
         .or_else(|| variable("HOME").map(|home| below(home.join(".cache"))))
         .unwrap_or_else(|| below(std::env::temp_dir()))
