@@ -52,9 +52,19 @@ fn crates_use_only_what_lies_below_them() {
 }
 
 #[test]
+fn what_the_build_does_without_stays_away() {
+    let lock = read(&root().join("Cargo.lock"));
+    for name in ["icu_segmenter", "supports-color", "miette-derive"] {
+        let again = lock.contains(&format!("name = \"{name}\"\n"));
+        assert!(!again, "{name} is compiled again: docs/building.md says what for it was not");
+    }
+}
+
+#[test]
 fn each_foreign_crate_is_named_in_one_place() {
     let places = [
         ("dfdx", "library/nn/src/"),
+        ("faer", "library/nn/src/"),
         ("nalgebra", "library/"),
         ("pest", "grammar/src/parse"),
         ("nix", "cache/src/"),
