@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::actions::Actions;
 use crate::error::At as _;
@@ -13,9 +14,10 @@ use crate::found::FOUND;
 use crate::hints::{self, Hints};
 use crate::in_use;
 use crate::journal::{self, Journal, Seen};
+use crate::writer::Writer;
 use crate::{
-    ActionLock, CacheError, Checkpoints, Conflict, Digest, Disk, Objects, Record, Second, Trouble,
-    durable,
+    ActionLock, CacheError, Checkpoints, Conflict, Digest, Disk, Mode, Objects, Record, Second,
+    Trouble, durable,
 };
 
 const VERSION: &str = "ivx cache 1\n";
@@ -35,6 +37,8 @@ pub struct Cache {
     seen: BTreeMap<OsString, Seen>,
     journal: Option<Journal>,
     pub(crate) objects: Objects,
+    /// Puts what is committed into the second store, if that is written to.
+    writer: Option<Writer>,
     /// What this process may execute, from the first time that it asks.
     actions: Option<Actions>,
     hints: Option<Hints>,
@@ -101,6 +105,7 @@ impl Cache {
             seen: BTreeMap::new(),
             journal: None,
             objects: Objects::new(root, disk.clone()),
+            writer: None,
             disk,
             actions: None,
             hints: None,
@@ -120,7 +125,10 @@ impl Cache {
 
     /// Puts a second store behind this one, before anything is looked up.
     pub fn attach(&mut self, second: Second) {
-        self.objects.second = Some(Arc::new(second));
+        let second = Arc::new(second);
+        let writes = second.mode() == Mode::Write;
+        self.writer = writes.then(|| Writer::new(Arc::clone(&second), self.objects.clone()));
+        self.objects.second = Some(second);
     }
 
     /// The second store, if there is one.
@@ -130,17 +138,42 @@ impl Cache {
     }
 
     /// As [`Self::lookup`], but what is not known here is asked for in the second store.
+    pub fn find(&mut self, key: &Digest) -> Option<&Record> {
+        self.seek(&[*key]);
+        self.lookup(key)
+    }
+
+    /// Asks the second store for what is not known here of some keys, of all at once, so that
+    /// [`Self::lookup`] knows it; and lets what it lacks be put there.
     ///
     /// Its records are written here when the cache is closed, as far as their bytes are here.
-    pub fn find(&mut self, key: &Digest) -> Option<&Record> {
-        if self.lookup(key).is_none()
-            && let Some(second) = &self.objects.second
-            && let Some(record) =
-                second.record(key, &self.platform, |output| self.objects.has_here(output))
-        {
-            self.borrow(record);
+    pub fn seek(&mut self, keys: &[Digest]) {
+        let Some(second) = self.objects.second.clone() else { return };
+        if let Some(writer) = &mut self.writer {
+            let own = |record: &&Record| record.platform == self.platform;
+            let known = keys.iter().filter_map(|key| self.records.get(key)?.iter().find(own));
+            for record in known.filter(|known| !second.lists_on(&known.key, &self.platform)) {
+                writer.put(record.clone());
+            }
         }
-        self.lookup(key)
+        let mut unknown = keys.to_vec();
+        unknown.retain(|key| second.lists(key) && self.lookup(key).is_none());
+        unknown.sort_unstable();
+        unknown.dedup();
+        let has = |output: &_| self.objects.has_here(output);
+        let found = second.records(&unknown, &self.platform, has);
+        self.borrowed.extend(found.into_iter().map(|record| (record.key, record)));
+    }
+
+    /// Waits until what was committed is in the second store, but not longer than so; how many
+    /// results are left.
+    pub fn wait_for_second(&mut self, patience: Duration) -> usize {
+        self.writer.as_ref().map_or(0, |writer| writer.wait(patience))
+    }
+
+    /// Puts nothing more into the second store; the next run that writes there does.
+    pub fn leave_second(&mut self) {
+        self.writer = None;
     }
 
     /// Takes what the second store said.
@@ -173,7 +206,8 @@ impl Cache {
     /// # Errors
     /// [`CacheError::Conflict`] if another result is known; otherwise, if the disk fails.
     pub fn commit(&mut self, record: Record) -> Result<Committed, CacheError> {
-        let Some(second) = self.objects.second.clone() else { return self.add(record) };
+        let Some(second) = &self.objects.second else { return self.add(record) };
+        let second = Arc::clone(second);
         let committed = self.add(record.clone())?;
         let differs = |borrowed: &Record| {
             borrowed.platform == record.platform && borrowed.output.digest != record.output.digest
@@ -183,7 +217,9 @@ impl Cache {
             self.borrowed.clear();
             return Ok(Committed::Against);
         }
-        second.put_record(&record);
+        if let Some(writer) = &mut self.writer {
+            writer.put(record);
+        }
         Ok(committed)
     }
 
@@ -307,14 +343,15 @@ impl Cache {
         std::mem::take(&mut self.troubles)
     }
 
-    /// Syncs, and writes the hints if there are new ones; what went wrong with those is
-    /// among the troubles returned.
+    /// Waits for the second store, syncs, and writes the hints if there are new ones; what went
+    /// wrong with those is among the troubles returned.
     ///
     /// # Errors
     /// If the disk fails.
     pub fn close(mut self) -> Result<Vec<Trouble>, CacheError> {
         self.keep_borrowed()?;
         self.sync()?;
+        self.wait_for_second(Duration::MAX);
         self.save_hints();
         Ok(self.troubles())
     }

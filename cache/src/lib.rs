@@ -8,6 +8,7 @@
 #[cfg_attr(not(target_os = "linux"), path = "actions_by_file.rs")]
 mod actions;
 mod archive;
+mod at_once;
 mod broom;
 mod cache;
 mod check;
@@ -35,6 +36,7 @@ mod stats;
 mod store;
 mod sweep;
 mod tickets;
+mod writer;
 mod written;
 
 pub use actions::ActionLock;
@@ -56,5 +58,5 @@ pub use record::{Output, Provenance, Record};
 pub use runs::{History, Run};
 pub use second::{Mode, Second, Traffic};
 pub use stats::{OpStats, Stats};
-pub use store::{Folder, Store, StoreError};
+pub use store::{Folder, Place, Store, StoreError};
 pub use sweep::{Sweep, Swept, Wanted, sweep};

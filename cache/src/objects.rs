@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::at_once::at_once;
 use crate::error::At as _;
 use crate::{CacheError, Digest, Disk, Output, Second, durable};
 
@@ -50,9 +51,6 @@ impl Objects {
             return Ok(Output { digest, size, inline: Some(bytes.into()) });
         }
         self.keep(&digest, bytes)?;
-        if let Some(second) = &self.second {
-            second.put_object(&digest, bytes);
-        }
         Ok(Output { digest, size, inline: None })
     }
 
@@ -91,6 +89,26 @@ impl Objects {
             return Ok(Fetched::Bytes(bytes.into()));
         }
         Ok(here)
+    }
+
+    /// Copies from the second store what only that has of some outputs, all at once, so that
+    /// reading them does not ask for one after the other.
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn bring<'a>(
+        &self,
+        outputs: impl IntoIterator<Item = &'a Output>,
+    ) -> Result<(), CacheError> {
+        let Some(second) = self.second.as_ref().filter(|second| second.n_at_once() > 1) else {
+            return Ok(());
+        };
+        let away: Vec<_> = outputs.into_iter().filter(|output| !self.has_here(output)).collect();
+        let copy = |output: &&Output| match second.object(output) {
+            Some(bytes) => self.keep(&output.digest, &bytes),
+            None => Ok(()),
+        };
+        at_once(second.n_at_once(), &away, copy).into_iter().collect()
     }
 
     fn read_here(&self, output: &Output) -> Result<Fetched, CacheError> {

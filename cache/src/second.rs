@@ -3,15 +3,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::at_once::at_once;
 use crate::journal::{journal_of, whole};
 use crate::{Digest, INLINE_MAX, Output, Record, Store, StoreError, Trouble};
 
+const RECORDS: &str = "records";
 /// The most bytes of one record.
 const RECORD_MAX: u64 = 4 << 20;
 /// The most bytes of one object.
 const OBJECT_MAX: u64 = 1 << 30;
 /// The most records of a store.
 const N_RECORDS_MAX: usize = 1_000_000;
+/// Objects of more bytes go one at a time, so that many at once do not take all of the memory.
+const LARGE: u64 = 16 << 20;
 /// So many refusals are told one by one.
 const N_NOTES: usize = 8;
 
@@ -34,6 +38,7 @@ pub struct Second {
     /// The platforms of which it had records when it was opened, by key.
     listed: BTreeMap<Digest, Vec<String>>,
     state: Mutex<State>,
+    large: Mutex<()>,
 }
 
 #[derive(Debug, Default)]
@@ -42,6 +47,8 @@ struct State {
     writes_ended: bool,
     /// Names under which something was wrong, to be written anew.
     refused: BTreeSet<String>,
+    /// Objects that were seen there, in the size that was asked for.
+    there: BTreeSet<(Digest, u64)>,
     n_notes: usize,
     notes: Vec<Trouble>,
     traffic: Traffic,
@@ -64,7 +71,8 @@ impl Second {
     /// - `name`: what to call it in notes.
     #[must_use]
     pub fn unlisted(store: Box<dyn Store>, name: String, mode: Mode) -> Self {
-        Self { store, name, mode, listed: BTreeMap::new(), state: Mutex::default() }
+        let (listed, state, large) = (BTreeMap::new(), Mutex::default(), Mutex::default());
+        Self { store, name, mode, listed, state, large }
     }
 
     /// A store, to read or also to write.
@@ -75,22 +83,10 @@ impl Second {
     /// If it can't say what it has.
     pub fn new(store: Box<dyn Store>, name: String, mode: Mode) -> Result<Self, StoreError> {
         let mut second = Self::unlisted(store, name, mode);
-        let mut left = N_RECORDS_MAX;
-        for shelf in 0..=u8::MAX {
-            let shelf = format!("{shelf:02x}");
-            let folder = format!("records/{shelf}");
-            let names = match second.store.list(&folder, left) {
-                Ok(names) => names,
-                Err(error @ StoreError::Failed { .. }) => return Err(error),
-                Err(error) => {
-                    second.note(&folder, &error, "");
-                    continue;
-                }
-            };
-            left -= names.len();
-            for (key, platform) in names.iter().filter_map(|name| key_and_platform(name, &shelf)) {
-                second.listed.entry(key).or_default().push(platform);
-            }
+        let mut refused = |error: StoreError| second.note(&error);
+        let names = second.store.shelves(RECORDS, N_RECORDS_MAX, &mut refused)?;
+        for (key, platform) in names.iter().filter_map(|name| key_and_platform(name)) {
+            second.listed.entry(key).or_default().push(platform);
         }
         Ok(second)
     }
@@ -107,10 +103,41 @@ impl Second {
         self.state().traffic
     }
 
+    /// Whether it had a record of a key when it was opened.
+    pub(crate) fn lists(&self, key: &Digest) -> bool {
+        self.listed.contains_key(key)
+    }
+
+    /// Whether it had a record of a key on a platform when it was opened.
+    pub(crate) fn lists_on(&self, key: &Digest, platform: &str) -> bool {
+        let mut listed = self.listed.get(key).into_iter().flatten();
+        listed.any(|listed| listed == platform)
+    }
+
+    pub(crate) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// How many threads may as well ask at once.
+    pub(crate) fn n_at_once(&self) -> usize {
+        self.store.n_at_once()
+    }
+
+    /// The records of keys, as far as it has them, asked for at once: see [`Self::record`].
+    pub(crate) fn records(
+        &self,
+        keys: &[Digest],
+        platform: &str,
+        has: impl Fn(&Output) -> bool + Sync,
+    ) -> Vec<Record> {
+        let record = |key: &Digest| self.record(key, platform, &has);
+        at_once(self.n_at_once(), keys, record).into_iter().flatten().collect()
+    }
+
     /// The record of a key: of this platform, else of the platform whose name comes first.
     ///
     /// - `has`: whether the bytes of an output are in the cache.
-    pub(crate) fn record(
+    fn record(
         &self,
         key: &Digest,
         platform: &str,
@@ -130,6 +157,8 @@ impl Second {
 
     /// What lies there now of a key on a platform, whatever was listed.
     pub(crate) fn fetch(&self, key: &Digest, platform: &str) -> Option<Record> {
+        // What was wrong with it may have been mended.
+        self.state().refused.remove(&record_name(key, platform)?);
         let record = self.record_of(key, platform)?;
         self.state().traffic.taken += 1;
         Some(record)
@@ -150,6 +179,10 @@ impl Second {
 
     /// Whether the bytes of an output are there, as far as their number tells.
     pub fn has(&self, output: &Output) -> bool {
+        let object = (output.digest, output.size);
+        if self.state().there.contains(&object) {
+            return true;
+        }
         let name = object_name(&output.digest);
         let there = self.read(&name, || match self.store.size(&name)? {
             Some(size) if size != output.size => {
@@ -157,12 +190,16 @@ impl Second {
             }
             size => Ok(size),
         });
+        if there.is_some() {
+            self.state().there.insert(object);
+        }
         there.is_some()
     }
 
     /// The bytes of an output, which have its digest.
     pub(crate) fn object(&self, output: &Output) -> Option<Vec<u8>> {
         let name = object_name(&output.digest);
+        let _alone = self.alone(output);
         let bytes = self.read(&name, || {
             let max = output.size.min(OBJECT_MAX);
             let Some(bytes) = self.store.get(&name, max)? else { return Ok(None) };
@@ -170,9 +207,20 @@ impl Second {
                 return Err(refused(&name, "bytes of another digest"));
             }
             Ok(Some(bytes))
-        })?;
-        self.state().traffic.copied += 1;
-        Some(bytes)
+        });
+        let mut state = self.state();
+        if bytes.is_some() {
+            state.traffic.copied += 1;
+        } else {
+            state.there.remove(&(output.digest, output.size));
+        }
+        bytes
+    }
+
+    /// Held by who has an object in memory that is large, as only one may at a time.
+    pub(crate) fn alone(&self, output: &Output) -> Option<MutexGuard<'_, ()>> {
+        let alone = || self.large.lock().unwrap_or_else(PoisonError::into_inner);
+        (output.size > LARGE).then(alone)
     }
 
     /// The bytes under a name, which nothing here vouches for.
@@ -237,12 +285,14 @@ impl Second {
         name: &str,
         read: impl FnOnce() -> Result<Option<T>, StoreError>,
     ) -> Option<T> {
-        if self.state().reads_ended {
+        let state = self.state();
+        // What was wrong once is not asked for twice.
+        if state.reads_ended || state.refused.contains(name) {
             return None;
         }
+        drop(state);
         read().unwrap_or_else(|error| {
-            self.note(name, &error, "nothing more is read there");
-            self.state().reads_ended |= matches!(error, StoreError::Failed { .. });
+            self.note(&error);
             None
         })
     }
@@ -256,30 +306,43 @@ impl Second {
             return false;
         }
         let anew = self.state().refused.remove(name);
-        if !anew && matches!(self.store.size(name), Ok(Some(size)) if holds(size)) {
-            return false;
-        }
-        let put = self.store.put(name, bytes);
-        if let Err(error) = &put {
+        let put = || {
+            if !anew {
+                if self.store.add(name, bytes)? {
+                    return Ok(true);
+                }
+                if self.store.size(name)?.is_some_and(holds) {
+                    return Ok(false);
+                }
+            }
+            self.store.put(name, bytes).map(|()| true)
+        };
+        put().unwrap_or_else(|error| {
             // A record whose object is missing would be of no use.
-            self.note(name, error, "nothing more is written there");
-            self.state().writes_ended = true;
-        }
-        put.is_ok()
+            let mut state = self.state();
+            state.refused.insert(name.to_owned());
+            if !std::mem::replace(&mut state.writes_ended, true) {
+                state.notes.push(self.trouble(&format!("{error}: nothing more is written there")));
+            }
+            false
+        })
     }
 
-    fn note(&self, name: &str, error: &StoreError, then: &str) {
+    fn note(&self, error: &StoreError) {
         let mut state = self.state();
-        state.refused.insert(name.to_owned());
         match error {
-            StoreError::Refused { .. } => {
+            StoreError::Refused { name, .. } => {
+                state.refused.insert(name.clone());
                 state.n_notes += 1;
                 if state.n_notes <= N_NOTES {
                     state.notes.push(self.trouble(&error.to_string()));
                 }
             }
             StoreError::Failed { .. } => {
-                state.notes.push(self.trouble(&format!("{error}: {then}")));
+                // Of many that asked at once, one tells.
+                if !std::mem::replace(&mut state.reads_ended, true) {
+                    state.notes.push(self.trouble(&format!("{error}: nothing more is read there")));
+                }
             }
         }
     }
@@ -322,10 +385,11 @@ fn record_name(key: &Digest, platform: &str) -> Option<String> {
     is_plain(platform).then(|| format!("records/{}/{hex}-{platform}", &hex[..2]))
 }
 
-/// What the name of a record on a shelf says; `None` if it is none.
-fn key_and_platform(name: &str, shelf: &str) -> Option<(Digest, String)> {
+/// What the name of a record after its shelf says; `None` if it is none.
+fn key_and_platform(name: &str) -> Option<(Digest, String)> {
+    let (shelf, name) = name.split_once('/')?;
     let (key, platform) = name.split_once('-')?;
-    let is_ours = key.starts_with(shelf) && is_plain(platform);
+    let is_ours = key.get(..2) == Some(shelf) && is_plain(platform);
     Some((key.parse().ok().filter(|_| is_ours)?, platform.to_owned()))
 }
 

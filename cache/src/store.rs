@@ -1,12 +1,19 @@
 //! A second store behind a cache: what it must be able to do. Nothing that it says is believed
 //! here; [`Second`](crate::Second) checks it.
 
+#[cfg(feature = "object-storage")]
+mod bucket;
 mod folder;
+mod place;
 
 use std::fmt;
 use std::io;
 
 pub use folder::Folder;
+pub use place::Place;
+
+const VERSION: &str = "version";
+const FORMAT: &[u8] = b"ivx store 1\n";
 
 /// A place that keeps bytes under names, shared by many caches.
 ///
@@ -17,6 +24,30 @@ pub trait Store: fmt::Debug + Send + Sync {
     /// # Errors
     /// If there is something else in its place, or the store fails.
     fn list(&self, folder: &str, max: usize) -> Result<Vec<String>, StoreError>;
+
+    /// The names in the folders `00` to `ff` of a folder, each after its own: `ab/abcd`.
+    ///
+    /// - `max`: folders beyond so many names are refused.
+    /// - `refused`: is told which can't be listed, while the store works.
+    ///
+    /// # Errors
+    /// If the store fails.
+    fn shelves(
+        &self,
+        folder: &str,
+        max: usize,
+        refused: &mut dyn FnMut(StoreError),
+    ) -> Result<Vec<String>, StoreError> {
+        let mut all = Vec::new();
+        for shelf in shelves() {
+            match self.list(&format!("{folder}/{shelf}"), max - all.len()) {
+                Ok(names) => all.extend(names.iter().map(|name| format!("{shelf}/{name}"))),
+                Err(error @ StoreError::Failed { .. }) => return Err(error),
+                Err(error) => refused(error),
+            }
+        }
+        Ok(all)
+    }
 
     /// How many bytes lie under a name; `None` if there is nothing.
     ///
@@ -43,11 +74,42 @@ pub trait Store: fmt::Debug + Send + Sync {
     /// As [`Self::put`].
     fn create(&self, name: &str, bytes: &[u8]) -> Result<bool, StoreError>;
 
+    /// [`Self::create`] where those who do so at once have the same bytes, so that it does not matter who is first.
+    ///
+    /// # Errors
+    /// As [`Self::put`].
+    fn add(&self, name: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+        // What is no plain file is replaced.
+        if matches!(self.size(name), Ok(Some(_))) {
+            return Ok(false);
+        }
+        self.put(name, bytes).map(|()| true)
+    }
+
     /// Removes what lies under a name, if there is something.
     ///
     /// # Errors
     /// If it is something else than bytes, or the store fails.
     fn remove(&self, name: &str) -> Result<(), StoreError>;
+
+    /// How many threads may as well ask at once.
+    fn n_at_once(&self) -> usize {
+        1
+    }
+}
+
+/// `00` to `ff`.
+fn shelves() -> impl Iterator<Item = String> {
+    (0..=u8::MAX).map(|shelf| format!("{shelf:02x}"))
+}
+
+/// The store, if it is one of this format.
+fn checked<S: Store>(store: S) -> Result<S, StoreError> {
+    match store.get(VERSION, FORMAT.len() as u64)? {
+        None => Err(StoreError::refused(VERSION, "there is none: this is no store of results")),
+        Some(found) if found == FORMAT => Ok(store),
+        Some(_) => Err(StoreError::refused(VERSION, "a store of another format")),
+    }
 }
 
 /// Why a store did not do what was asked.

@@ -5,6 +5,7 @@ mod cluster;
 mod help;
 mod runs;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -190,9 +191,10 @@ pub(crate) struct Spec {
 /// Where results may be known beside the cache.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Store {
-    /// Take results that the cache lacks from the store in this folder [default: `IVX_STORE`].
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) store: Option<PathBuf>,
+    /// Take results that the cache lacks from the store at this place: a folder, `s3://BUCKET/PREFIX`, `gs://` or
+    /// `az://` [default: `IVX_STORE`].
+    #[arg(long, value_name = "PLACE", value_hint = ValueHint::DirPath)]
+    pub(crate) store: Option<OsString>,
 }
 
 /// Whether results are put into a store.

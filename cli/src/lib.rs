@@ -105,7 +105,7 @@ pub fn run(
         Err(trouble) => {
             // Where this cannot be written either, the code is all that is left.
             let _ = writeln!(err, "error: {trouble}");
-            if matches!(trouble, Trouble::Spec { .. }) { WRONG } else { BROKEN }
+            if matches!(trouble, Trouble::Spec { .. } | Trouble::Store(_)) { WRONG } else { BROKEN }
         }
     }
 }
@@ -149,6 +149,9 @@ enum Trouble {
     /// The cache fails.
     #[error(transparent)]
     Cache(#[from] ivx_cache::CacheError),
+    /// What is said to be a store can't be one.
+    #[error("the store: {0}")]
+    Store(String),
 }
 
 /// Errors of files get the path.

@@ -66,7 +66,7 @@ fn every_command_in_the_document_runs_and_what_one_job_found_serves_the_next() {
 
     let shared = tempfile::tempdir().expect("temporary folders can be made");
     let store = shared.path().join("store").display().to_string();
-    for (mode, known) in [("write", [false, true]), ("read", [true, true])] {
+    for (mode, known) in [("write", [false, true, true, true]), ("read", [true; 4])] {
         let environment = [("IVX_STORE", &*store), ("IVX_STORE_MODE", mode)];
         let job = machine(Some(&lock));
         let lines = commands.iter().filter(|line| !line.contains("--store"));

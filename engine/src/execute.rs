@@ -170,6 +170,7 @@ pub(crate) fn read(
 ) -> Result<Inputs, Problem> {
     let mut inputs = Inputs::new();
     let mut missing = Vec::new();
+    objects.bring(outputs.values()).map_err(Problem::Cache)?;
     for (node, output) in outputs {
         match objects.read(output).map_err(Problem::Cache)? {
             Fetched::Bytes(read) => {

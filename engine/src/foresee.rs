@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ivx_cache::{Cache, Digest, Output, Record};
 use ivx_op::Registry;
+use petgraph::Direction::Incoming;
 use petgraph::graph::NodeIndex;
 
 use crate::key::{key, number_digest};
@@ -53,9 +54,34 @@ pub(crate) fn known<'c>(plan: &Plan, registry: &Registry, cache: &'c Cache) -> V
 
 /// Asks the second store of the cache, if it has one, for what is not known here, as a run does.
 pub fn consult(plan: &Plan, registry: &Registry, cache: &mut Cache) {
-    if cache.second().is_some() {
-        keys(plan, registry, |key| cache.find(key).map(|record| record.output.digest));
+    if cache.second().is_none() {
+        return;
     }
+    let mut results = vec![None; plan.graph.node_count()];
+    for wave in waves(plan) {
+        let keyed = |node: NodeIndex| Some((node, key_of(plan, registry, node, &results)?));
+        let keyed: Vec<_> = wave.into_iter().filter_map(keyed).collect();
+        cache.seek(&keyed.iter().map(|(_, key)| *key).collect::<Vec<_>>());
+        for (node, key) in keyed {
+            results[node.index()] = cache.lookup(&key).map(|record| record.output.digest);
+        }
+    }
+}
+
+/// The nodes, each in a later wave than its inputs.
+fn waves(plan: &Plan) -> Vec<Vec<NodeIndex>> {
+    let mut waves: Vec<Vec<NodeIndex>> = Vec::new();
+    let mut wave_of = vec![0; plan.graph.node_count()];
+    for node in plan.graph.node_indices() {
+        let inputs = plan.graph.neighbors_directed(node, Incoming);
+        let wave = inputs.map(|input| wave_of[input.index()] + 1).max().unwrap_or(0);
+        wave_of[node.index()] = wave;
+        if wave == waves.len() {
+            waves.push(Vec::new());
+        }
+        waves[wave].push(node);
+    }
+    waves
 }
 
 /// The key of each node whose inputs are known, by its index.
@@ -68,18 +94,30 @@ fn keys(
 ) -> Vec<Option<Digest>> {
     let mut results = Vec::with_capacity(plan.graph.node_count());
     let mut keys = Vec::with_capacity(plan.graph.node_count());
-    for step in plan.graph.node_weights() {
-        let digest = |source: &Source| match source {
-            Source::Number(x) => Some(number_digest(*x)),
-            Source::Node(node) => results[node.index()],
-        };
-        let ready = step.sources().all(|source| digest(&source).is_some());
-        let key = ready
-            .then(|| key(step, registry, |source| digest(source).expect("all inputs are known")));
+    for node in plan.graph.node_indices() {
+        let key = key_of(plan, registry, node, &results);
         keys.push(key);
         results.push(key.and_then(|key| result(&key)));
     }
     keys
+}
+
+/// The key of a node, if its inputs are known.
+///
+/// - `results`: what is known of each node, as far as that of its inputs.
+fn key_of(
+    plan: &Plan,
+    registry: &Registry,
+    node: NodeIndex,
+    results: &[Option<Digest>],
+) -> Option<Digest> {
+    let step = &plan.graph[node];
+    let digest = |source: &Source| match source {
+        Source::Number(x) => Some(number_digest(*x)),
+        Source::Node(node) => results[node.index()],
+    };
+    let ready = step.sources().all(|source| digest(&source).is_some());
+    ready.then(|| key(step, registry, |source| digest(source).expect("all inputs are known")))
 }
 
 /// The record of a node; none if its result is not known.

@@ -35,6 +35,8 @@ use crate::queue::{Queue, Start};
 const POLL: Duration = Duration::from_millis(50);
 /// How often the journal is synced while a run goes on.
 const SYNC: Duration = Duration::from_secs(1);
+/// So many nodes are looked up at once, and then it is seen whether the run was asked to end.
+const WAVE: usize = 1024;
 /// So many nodes of operations that take less than a millisecond are handed to a worker at once.
 const BATCH: usize = 32;
 
@@ -194,9 +196,7 @@ impl<'a> Run<'a> {
     }
 
     fn begin(&mut self) {
-        for node in self.plan.graph.externals(Incoming) {
-            self.resolve(node);
-        }
+        self.resolve(self.plan.graph.externals(Incoming).collect());
     }
 
     fn step(&self, node: NodeIndex) -> &'a Step {
@@ -223,21 +223,22 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Looks a node up whose inputs are known, and all that follows from hits.
-    fn resolve(&mut self, node: NodeIndex) {
-        let mut todo = vec![node];
-        while let Some(node) = todo.pop() {
-            if self.is_over() {
-                return;
-            }
-            let key = key(self.step(node), self.registry, |source| self.digest(source));
-            self.nodes[node.index()].key = Some(key);
-            match self.cache.find(&key).map(|record| record.output.clone()) {
-                Some(output) if !self.forced.contains_key(&node) => {
-                    self.listen.event(Event::Hit { address: &self.step(node).address });
-                    todo.extend(self.done(node, output, Fate::Hit));
+    /// Looks nodes up whose inputs are known, and all that follows from hits.
+    fn resolve(&mut self, mut todo: Vec<NodeIndex>) {
+        while !todo.is_empty() && !self.is_over() {
+            let wave: Vec<_> = todo.drain(..todo.len().min(WAVE)).collect();
+            let key = |node| key(self.step(node), self.registry, |source| self.digest(source));
+            let keys: Vec<_> = wave.iter().map(|node| key(*node)).collect();
+            self.cache.seek(&keys);
+            for (node, key) in wave.into_iter().zip(keys) {
+                self.nodes[node.index()].key = Some(key);
+                match self.cache.lookup(&key).map(|record| record.output.clone()) {
+                    Some(output) if !self.forced.contains_key(&node) => {
+                        self.listen.event(Event::Hit { address: &self.step(node).address });
+                        todo.extend(self.done(node, output, Fate::Hit));
+                    }
+                    _ => self.enqueue(node),
                 }
-                _ => self.enqueue(node),
             }
         }
     }
@@ -277,7 +278,7 @@ impl<'a> Run<'a> {
                 ready.push(next);
             }
         }
-        ready.sort_unstable_by(|a, b| b.cmp(a));
+        ready.sort_unstable();
         ready
     }
 
@@ -394,9 +395,8 @@ impl<'a> Run<'a> {
         if let (Some(output), false) = (known, self.forced.contains_key(&node)) {
             drop(lock);
             self.listen.event(Event::Hit { address: &step.address });
-            for next in self.done(node, output, Fate::Hit) {
-                self.resolve(next);
-            }
+            let next = self.done(node, output, Fate::Hit);
+            self.resolve(next);
             return Ok(None);
         }
         let expected_millis = self.durations.expected_millis(node);
@@ -410,7 +410,9 @@ impl<'a> Run<'a> {
     fn receive(&mut self, message: Message) -> Result<(), CacheError> {
         match message {
             Message::Done { done, frees } => {
-                done.into_iter().try_for_each(|done| self.ran(done))?;
+                let mut ready = Vec::new();
+                done.into_iter().try_for_each(|done| self.ran(done, &mut ready))?;
+                self.resolve(ready);
                 if let Some(needs) = frees {
                     self.queue.end(needs);
                 }
@@ -427,7 +429,9 @@ impl<'a> Run<'a> {
     }
 
     /// Commits what came of a node.
-    fn ran(&mut self, done: Done) -> Result<(), CacheError> {
+    ///
+    /// - `ready`: is given the nodes that are ready by it.
+    fn ran(&mut self, done: Done, ready: &mut Vec<NodeIndex>) -> Result<(), CacheError> {
         let Done { node, key, lock, result, busy: _busy } = done;
         match result {
             Ok((output, provenance)) => {
@@ -446,9 +450,7 @@ impl<'a> Run<'a> {
                     Err(error) => return Err(error),
                 }
                 self.durations.note(node, self.step(node), millis, self.cache.hints());
-                for next in self.done(node, output, Fate::Ran { millis }) {
-                    self.resolve(next);
-                }
+                ready.extend(self.done(node, output, Fate::Ran { millis }));
                 let left_millis = self.durations.left_millis();
                 let address = &self.step(node).address;
                 self.listen.event(Event::Finished { address, millis, left_millis });
@@ -468,6 +470,8 @@ impl<'a> Run<'a> {
     /// Reads the results asked for. Returns whether some must run again for it.
     fn read(&mut self, wanted: &BTreeSet<NodeIndex>) -> Result<bool, CacheError> {
         let mut again = false;
+        let outputs = wanted.iter().filter_map(|node| self.nodes[node.index()].output.as_ref());
+        self.objects.bring(outputs)?;
         for &node in wanted {
             if self.options.stop.asked() {
                 return Ok(false);

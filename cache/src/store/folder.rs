@@ -4,11 +4,9 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
-use super::{Store, StoreError};
+use super::{FORMAT, Store, StoreError, VERSION, checked};
 use crate::{Disk, durable};
 
-const VERSION: &str = "version";
-const FORMAT: &[u8] = b"ivx store 1\n";
 const TMP: &str = "tmp";
 
 /// A folder that keeps bytes under names.
@@ -49,19 +47,11 @@ impl Folder {
         if folder.size(VERSION)?.is_none() {
             folder.put(VERSION, FORMAT)?;
         }
-        folder.checked()
+        checked(folder)
     }
 
     fn open_on(disk: Disk, root: &Path) -> Result<Self, StoreError> {
-        Self { root: root.to_owned(), disk }.checked()
-    }
-
-    fn checked(self) -> Result<Self, StoreError> {
-        match self.get(VERSION, FORMAT.len() as u64)? {
-            None => Err(StoreError::refused(VERSION, "there is none: this is no store of results")),
-            Some(found) if found == FORMAT => Ok(self),
-            Some(_) => Err(StoreError::refused(VERSION, "a store of another format")),
-        }
+        checked(Self { root: root.to_owned(), disk })
     }
 
     /// What lies under a name, itself and not where it leads, in folders that are none either.
@@ -90,12 +80,18 @@ impl Folder {
         Ok(found)
     }
 
-    /// Makes the folders around a name, and sees that they are some.
+    /// Sees that the folders around a name are some, and makes those that are not there.
     fn make_folders(&self, name: &str) -> Result<(), StoreError> {
+        let around = name.rsplit_once('/').map_or("", |(around, _)| around);
+        let is_folder =
+            |folder: &str| Ok(self.look(folder)?.is_some_and(|(_, found)| found.is_dir()));
+        if is_folder(around)? {
+            return Ok(());
+        }
         for (at, _) in name.match_indices('/') {
             let folder = &name[..at];
             self.disk.create_folder(&self.root.join(folder)).map_err(|error| fault(name, error))?;
-            if !self.look(folder)?.is_some_and(|(_, found)| found.is_dir()) {
+            if !is_folder(folder)? {
                 return Err(StoreError::refused(name, "it would lie in what is no folder"));
             }
         }

@@ -1,14 +1,14 @@
 //! The program that hands nodes out, as the engine sees it.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::{self, BufRead as _, BufReader, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ivx_cache::Digest;
+use ivx_cache::{Digest, Place};
 use ivx_engine::{Crew, News, Room};
 use ivx_library::{SOURCE_DIGEST, command};
 use ivx_op::Needs;
@@ -39,7 +39,7 @@ impl Driver {
     ///
     /// # Errors
     /// If there is none.
-    pub(crate) fn find(on: &str, store: &Path) -> Result<Self, String> {
+    pub(crate) fn find(on: &str, store: &OsStr) -> Result<Self, String> {
         let mut words = on.split_whitespace();
         let name = words
             .next()
@@ -57,10 +57,15 @@ impl Driver {
             })?;
             (found, Vec::new())
         };
-        let store = std::path::absolute(store).map_err(|error| error.to_string())?;
+        let store = match Place::parse(store)? {
+            Place::Folder(folder) => {
+                std::path::absolute(folder).map_err(|error| error.to_string())?.into_os_string()
+            }
+            bucket @ Place::Bucket { .. } => bucket.to_string().into(),
+        };
         let ours = [
             ("--ivx", ivx.into_os_string()),
-            ("--store", store.into_os_string()),
+            ("--store", store),
             ("--library", SOURCE_DIGEST.into()),
             ("--ivx-version", version().into()),
         ];

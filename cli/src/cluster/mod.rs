@@ -18,12 +18,11 @@ pub(crate) use worker::worker;
 
 use std::path::Path;
 
-use ivx_cache::{Folder, Store};
+use ivx_cache::{Mode, Place, Store};
 
 /// The store that a text names, to be read and written.
 fn store(place: &Path) -> Result<Box<dyn Store>, String> {
-    let opened = Folder::create(place);
-    opened.map(|folder| Box::new(folder) as _).map_err(|error| error.to_string())
+    Place::parse(place.as_os_str())?.open(Mode::Write).map_err(|error| error.to_string())
 }
 
 /// Ends this process with that which started it.

@@ -134,7 +134,7 @@ pub(super) fn once(
         }
         Err(error) => Err(error),
     };
-    store::tell(&cache, err)?;
+    store::tell(&mut cache, err)?;
     for trouble in cache.close()? {
         writeln!(err, "note: {trouble}")?;
     }
@@ -296,10 +296,10 @@ fn mode(args: &args::Exec, err: &mut dyn Write) -> Result<Option<args::StoreMode
             return Ok(None);
         }
     };
-    if args.store_mode.is_some() && store::folder(&args.store).is_none() {
+    if args.store_mode.is_some() && store::asked(&args.store).is_none() {
         writeln!(
             err,
-            "error: `--store-mode` is of no store: add `--store DIR`, or set `IVX_STORE`"
+            "error: `--store-mode` is of no store: add `--store PLACE`, or set `IVX_STORE`"
         )?;
         return Ok(None);
     }
@@ -310,7 +310,7 @@ fn mode(args: &args::Exec, err: &mut dyn Write) -> Result<Option<args::StoreMode
 #[expect(clippy::option_option, reason = "nobody asked for is not nobody there")]
 fn driver(args: &args::Exec, err: &mut dyn Write) -> Result<Option<Option<Driver>>, Trouble> {
     let Some(on) = &args.on else { return Ok(Some(None)) };
-    let found = match store::folder(&args.store) {
+    let found = match store::asked(&args.store) {
         Some(store) => Driver::find(on, &store),
         None => {
             Err("`--on` needs a store that all machines share: add `--store`, or set `IVX_STORE`"

@@ -240,9 +240,8 @@ impl<'a> Run<'a> {
             away.there.insert(output.digest);
         }
         self.durations.note(node, self.step(node), millis, self.cache.hints());
-        for next in self.done(node, output, Fate::Ran { millis }) {
-            self.resolve(next);
-        }
+        let next = self.done(node, output, Fate::Ran { millis });
+        self.resolve(next);
         let left_millis = self.durations.left_millis();
         let address = &self.step(node).address;
         self.listen.event(Event::Finished { address, millis, left_millis });

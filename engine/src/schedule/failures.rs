@@ -113,7 +113,7 @@ impl Run<'_> {
                 Some(cause) if !judges && !inputs().any(there) => {
                     self.skip_all(vec![node], cause, &mut ready);
                 }
-                _ if self.lost(node).is_none() => self.resolve(node),
+                _ if self.lost(node).is_none() => self.resolve(vec![node]),
                 _ => {}
             }
         }

@@ -1,8 +1,8 @@
 use std::sync::Mutex;
 
 use dfdx::prelude::{
-    Axis, Backward as _, BroadcastTo as _, Cpu, Gradients, MeanTo as _, OwnedTape, SumTo as _,
-    Tensor, TensorFromVec as _, Trace as _,
+    Axis, Backward as _, BroadcastTo as _, Cpu, Gradients, HasShape as _, MeanTo as _, OwnedTape,
+    SumTo as _, Tensor, TensorFromVec as _, Trace as _,
 };
 use ivx_data::Form;
 use ivx_op::{Lit, Part, Progress};
