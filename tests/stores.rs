@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use ivx_cache::{Cache, Digest, Folder, Mode, Output, Record, Second};
+use ivx_cache::{Cache, Digest, Folder, Mode, Output, Record, Second, Store as _};
 use ivx_engine::{
     Fate, Foreseen, Options, Plan, Silence, Stop, consult, foresee, platform, schedule, wanted,
 };
@@ -174,9 +174,14 @@ fn forge(full: &Full, record: &Record) {
     let scratch = tempfile::tempdir().expect("temporary folders can be made");
     let mut cache = Cache::open(scratch.path(), "x").expect("the cache opens");
     let store = Folder::create(&scratch.path().join("store")).expect("a store can be made");
+    // A record is put only where its object is.
+    let hex = record.output.digest.to_string();
+    let n = usize::try_from(record.output.size).expect("objects fit into memory");
+    store.put(&format!("objects/{}/{hex}", &hex[..2]), &vec![0; n]).expect("files can be written");
     let store = Second::new(Box::new(store), String::new(), Mode::Write);
     cache.attach(store.expect("the store is empty"));
     cache.commit(record.clone()).expect("the record is new");
+    cache.close().expect("the disk works");
     let hex = record.key.to_string();
     let place = Path::new("records").join(&hex[..2]).join(format!("{hex}-{}", record.platform));
     let target = full.path().join(&place);

@@ -187,6 +187,7 @@ impl Crew for Machine {
                 let ticket = Ticket::read(&text).expect("it reads");
                 let find = |_: &_| Err("is nowhere".to_owned());
                 let came = ticket.run(&registry(), &mut cache, &options(library), &find);
+                assert_eq!(cache.close().expect("it closes"), []);
                 ran.lock().unwrap().push(key);
                 words.push((
                     key,
