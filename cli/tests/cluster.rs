@@ -5,13 +5,14 @@
 mod common;
 
 use std::fs;
+use std::io::Read as _;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Longer than anything takes here on a busy machine.
-const BOUND: Duration = Duration::from_secs(120);
+const BOUND: Duration = Duration::from_mins(2);
 
 /// Models, which are objects, and programs that write down that they run and wait until they may end.
 fn project(then: &str) -> tempfile::TempDir {
@@ -65,9 +66,8 @@ impl Tied {
             sleep(Duration::from_millis(10));
         }
         let (mut out, mut err) = (String::new(), String::new());
-        use std::io::Read as _;
-        self.0.stdout.take().unwrap().read_to_string(&mut out).expect("text");
-        self.0.stderr.take().unwrap().read_to_string(&mut err).expect("text");
+        self.0.stdout.take().expect("a pipe").read_to_string(&mut out).expect("text");
+        self.0.stderr.take().expect("a pipe").read_to_string(&mut err).expect("text");
         let code = self.0.wait().expect("it has ended").code().expect("no signal ended it");
         (code, out + &err)
     }

@@ -258,7 +258,7 @@ impl Ticket {
 impl Taken {
     fn of(output: &Output) -> Self {
         let inline = output.inline.as_ref();
-        let inline = inline.map(|bytes| bytes.iter().map(|byte| format!("{byte:02x}")).collect());
+        let inline = inline.map(|bytes| hexadecimal(bytes));
         Self { digest: output.digest, size: output.size, inline }
     }
 
@@ -267,7 +267,7 @@ impl Taken {
         let inline = match &self.inline {
             None => None,
             Some(text) => {
-                let bytes: Arc<[u8]> = hexadecimal(text).ok_or_else(damaged)?.into();
+                let bytes: Arc<[u8]> = bytes_of(text).ok_or_else(damaged)?.into();
                 if Digest::of(&bytes) != self.digest || bytes.len() as u64 != self.size {
                     return Err(damaged());
                 }
@@ -278,7 +278,12 @@ impl Taken {
     }
 }
 
-fn hexadecimal(text: &str) -> Option<Vec<u8>> {
+fn hexadecimal(bytes: &[u8]) -> String {
+    let digit = |nibble: u8| char::from(b"0123456789abcdef"[usize::from(nibble)]);
+    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
+}
+
+fn bytes_of(text: &str) -> Option<Vec<u8>> {
     let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return None };
     let digit = |byte: u8| char::from(byte).to_digit(16).and_then(|n| u8::try_from(n).ok());
     pairs.iter().map(|[high, low]| Some(digit(*high)? << 4 | digit(*low)?)).collect()

@@ -29,9 +29,12 @@ pub(crate) struct Driver {
     child: Mutex<Option<(Child, ChildStdin)>>,
 }
 
+/// Who is told what becomes of batches.
+type Listener = Box<dyn FnMut(News) + Send>;
+
 struct Shared {
     room: Mutex<Room>,
-    tell: Mutex<Option<Box<dyn FnMut(News) + Send>>>,
+    tell: Mutex<Option<Listener>>,
 }
 
 impl Driver {
@@ -91,7 +94,7 @@ impl Crew for Driver {
         *held(&self.shared.room)
     }
 
-    fn begin(&self, tell: Box<dyn FnMut(News) + Send>) -> io::Result<()> {
+    fn begin(&self, tell: Listener) -> io::Result<()> {
         *held(&self.shared.tell) = Some(tell);
         let mut child = held(&self.child);
         if child.is_some() {
@@ -123,7 +126,7 @@ impl Crew for Driver {
             for line in BufReader::new(stdout).lines().map_while(Result::ok) {
                 if let Ok(tell) = serde_json::from_str::<Tell>(&line) {
                     failed = tell.failed.clone().or(failed);
-                    shared.hear(tell);
+                    shared.hear(&tell);
                 }
             }
             let tail = held(&tail);
@@ -155,8 +158,8 @@ impl Shared {
         }
     }
 
-    fn hear(&self, tell: Tell) {
-        let Tell { ready, note, lost, done, why, .. } = &tell;
+    fn hear(&self, tell: &Tell) {
+        let Tell { ready, note, lost, done, why, .. } = tell;
         if let Some(what) = ready {
             let memory = if tell.largest_memory == 0 { u64::MAX } else { tell.largest_memory };
             let largest = Needs { threads: tell.largest_cpus.max(1), memory };

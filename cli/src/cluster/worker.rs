@@ -166,7 +166,7 @@ impl<'a> Worker<'a> {
             took = true;
             match self.begin(&name, &laid) {
                 Ok(running) => self.running.push(running),
-                Err(error) => self.answer(&name, -1, Vec::new(), error.to_string().into_bytes())?,
+                Err(error) => self.answer(&name, -1, &[], error.to_string().as_bytes())?,
             }
         }
         Ok(took)
@@ -216,17 +216,17 @@ impl<'a> Worker<'a> {
         for (name, (running, code)) in ended {
             let said = running.said.join().unwrap_or_default();
             let log = running.log.join().unwrap_or_default();
-            self.answer(&name, code, said, log)?;
+            self.answer(&name, code, &said, &log)?;
         }
         Ok(some)
     }
 
-    fn answer(&self, name: &str, code: i64, said: Vec<u8>, log: Vec<u8>) -> Result<(), StoreError> {
+    fn answer(&self, name: &str, code: i64, said: &[u8], log: &[u8]) -> Result<(), StoreError> {
         let mut err = String::from_utf8_lossy(&log[log.len().saturating_sub(TAIL)..]).into_owned();
-        if !log.is_empty() && keep_log(self.store, name, &log).is_ok() {
+        if !log.is_empty() && keep_log(self.store, name, log).is_ok() {
             err = format!("{}\n(all of it is logs/{name} in the store)", err.trim_end());
         }
-        let said = String::from_utf8_lossy(&said).into_owned();
+        let said = String::from_utf8_lossy(said).into_owned();
         let answer = Answer { code, said, err, machine: self.here.machine.clone() };
         put(self.store, &format!("{DONE}/{name}"), &answer)
     }

@@ -88,9 +88,7 @@ pub(super) fn once(
         return Ok(Ended::early(WRONG));
     };
     let Some(locks) = locks(args, &spec, &name, err)? else { return Ok(Ended::early(WRONG)) };
-    let Some(mode) = mode(args, err)? else { return Ok(Ended::early(WRONG)) };
-    let Some(driver) = driver(args, err)? else { return Ok(Ended::early(WRONG)) };
-    let mode = if driver.is_some() { args::StoreMode::Write } else { mode };
+    let Some((mode, driver)) = shared(args, err)? else { return Ok(Ended::early(WRONG)) };
     // Of a large spec these are most of what is in memory: first the trees, of which it is made,
     // and then its expressions, of which the plan is.
     for file in &mut ready.loaded.project.files {
@@ -304,6 +302,17 @@ fn mode(args: &args::Exec, err: &mut dyn Write) -> Result<Option<args::StoreMode
         return Ok(None);
     }
     Ok(Some(mode))
+}
+
+/// What may be done with the store, and who runs nodes elsewhere; says so if that makes no sense.
+fn shared(
+    args: &args::Exec,
+    err: &mut dyn Write,
+) -> Result<Option<(args::StoreMode, Option<Driver>)>, Trouble> {
+    let Some(mode) = mode(args, err)? else { return Ok(None) };
+    let Some(driver) = driver(args, err)? else { return Ok(None) };
+    let mode = if driver.is_some() { args::StoreMode::Write } else { mode };
+    Ok(Some((mode, driver)))
 }
 
 /// Who runs nodes elsewhere, where that is asked for; says so if nobody can.

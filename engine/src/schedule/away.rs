@@ -166,9 +166,9 @@ impl<'a> Run<'a> {
     }
 
     /// Commits what came of nodes elsewhere.
-    pub(super) fn hear(&mut self, news: News) -> Result<(), CacheError> {
+    pub(super) fn hear(&mut self, news: News) {
         match news {
-            News::Done { batch, words, why } => self.landed(batch, &words, &why)?,
+            News::Done { batch, words, why } => self.landed(batch, &words, &why),
             News::Lost { batch, why } => {
                 let flight = self.away.as_ref().and_then(|away| away.flights.get(&batch));
                 let first = flight.and_then(|flight| flight.nodes.first());
@@ -186,18 +186,12 @@ impl<'a> Run<'a> {
             }
             News::Gone { why } => self.gone(&why),
         }
-        Ok(())
     }
 
-    fn landed(
-        &mut self,
-        batch: u64,
-        words: &[(Digest, Word)],
-        why: &str,
-    ) -> Result<(), CacheError> {
+    fn landed(&mut self, batch: u64, words: &[(Digest, Word)], why: &str) {
         let flight = self.away.as_mut().and_then(|away| away.flights.remove(&batch));
         // What was given up may still land.
-        let Some(Flight { nodes, needs }) = flight else { return Ok(()) };
+        let Some(Flight { nodes, needs }) = flight else { return };
         for (node, key, lock) in nodes {
             let word = words.iter().find(|(own, _)| *own == key).map(|(_, word)| word);
             let platform = match word {
@@ -231,7 +225,6 @@ impl<'a> Run<'a> {
             }
         }
         self.queue.end(needs);
-        Ok(())
     }
 
     /// Notes the result of a node that another machine ran.

@@ -27,7 +27,7 @@ impl Run<'_> {
                 let left_millis = self.durations.left_millis();
                 self.listen.event(Event::Told { address, done, of, words, left_millis });
             }
-            Message::Heard(news) => self.hear(news)?,
+            Message::Heard(news) => self.hear(news),
         }
         Ok(())
     }
