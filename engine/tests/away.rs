@@ -131,6 +131,9 @@ enum Luck {
     Ends(u64),
 }
 
+/// Who is told what becomes of batches.
+type Listener = Box<dyn FnMut(News) + Send>;
+
 /// A machine that runs one batch at a time, and shares no more than the store.
 struct Machine {
     store: PathBuf,
@@ -138,7 +141,7 @@ struct Machine {
     library: &'static str,
     luck: Luck,
     memory: u64,
-    tell: Arc<Mutex<Option<Box<dyn FnMut(News) + Send>>>>,
+    tell: Arc<Mutex<Option<Listener>>>,
     ran: Arc<Mutex<Vec<Digest>>>,
 }
 
@@ -161,8 +164,8 @@ impl Crew for Machine {
         Room { threads: 2, largest: Needs { threads: 1, memory: self.memory } }
     }
 
-    fn begin(&self, tell: Box<dyn FnMut(News) + Send>) -> io::Result<()> {
-        *self.tell.lock().unwrap() = Some(tell);
+    fn begin(&self, tell: Listener) -> io::Result<()> {
+        *self.tell.lock().expect("nobody panics") = Some(tell);
         Ok(())
     }
 
@@ -171,8 +174,10 @@ impl Crew for Machine {
             (self.store.clone(), self.own.clone(), self.library, self.luck);
         let (tell, ran, keys) = (Arc::clone(&self.tell), Arc::clone(&self.ran), keys.to_vec());
         thread::spawn(move || {
-            let say = |news| tell.lock().unwrap().as_mut().expect("somebody listens")(news);
-            if luck == Luck::Loses && batch % 2 == 0 {
+            let say = |news| {
+                tell.lock().expect("nobody panics").as_mut().expect("somebody listens")(news)
+            };
+            if luck == Luck::Loses && batch.is_multiple_of(2) {
                 say(News::Lost { batch, why: "it was struck by lightning".into() });
             }
             let mut words = Vec::new();
@@ -183,12 +188,13 @@ impl Crew for Machine {
                 }
                 let mut cache = Cache::open(&own, &platform()).expect("it opens");
                 cache.attach(second(&store));
-                let text = cache.second().unwrap().ticket(&key).expect("there is a ticket");
+                let text =
+                    cache.second().expect("there is one").ticket(&key).expect("there is a ticket");
                 let ticket = Ticket::read(&text).expect("it reads");
                 let find = |_: &_| Err("is nowhere".to_owned());
                 let came = ticket.run(&registry(), &mut cache, &options(library), &find);
                 assert_eq!(cache.close().expect("it closes"), []);
-                ran.lock().unwrap().push(key);
+                ran.lock().expect("nobody panics").push(key);
                 words.push((
                     key,
                     match came.expect("the cache works") {
