@@ -175,7 +175,7 @@ impl Crew for Machine {
         let (tell, ran, keys) = (Arc::clone(&self.tell), Arc::clone(&self.ran), keys.to_vec());
         thread::spawn(move || {
             let say = |news| {
-                tell.lock().expect("nobody panics").as_mut().expect("somebody listens")(news)
+                tell.lock().expect("nobody panics").as_mut().expect("somebody listens")(news);
             };
             if luck == Luck::Loses && batch.is_multiple_of(2) {
                 say(News::Lost { batch, why: "it was struck by lightning".into() });
