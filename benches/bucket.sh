@@ -8,16 +8,12 @@ ivx=${IVX:-target/release/ivx}
 [ -x "$ivx" ] || cargo build --release --features object-storage
 ivx="$(realpath "$ivx")"
 folder=$(mktemp -d)
-server=
-trap 'kill $server 2>/dev/null; rm -r "$folder"' EXIT
 port=5599
 export AWS_ENDPOINT=http://127.0.0.1:$port AWS_ALLOW_HTTP=true AWS_ACCESS_KEY_ID=x AWS_SECRET_ACCESS_KEY=x
+python3 benches/bucket.py "$port" 20 "$records" & server=$!
+trap 'kill $server; rm -r "$folder"' EXIT
+until curl --silent http://127.0.0.1:$port/count >/dev/null; do sleep 0.1; done
 
-start() {
-    [ -z "$server" ] || { kill "$server"; wait "$server" || true; }
-    python3 benches/bucket.py "$port" "$@" & server=$!
-    until curl --silent http://127.0.0.1:$port/count >/dev/null; do sleep 0.1; done
-}
 mkdir -p "$folder/p/.ivx"
 cat >"$folder/p/tiny.ivx" <<'IVX'
 edition "2026"
@@ -42,7 +38,6 @@ run() {
 }
 cold() { rm -rf "$folder/p/.ivx/cache"; }
 
-start 20 "$records"
 run "without a store"
 run "without a store, nothing to do"
 run "$records records, nothing to do" --store s3://ivx/made

@@ -12,6 +12,8 @@ use std::io;
 pub use folder::Folder;
 pub use place::Place;
 
+use crate::Mode;
+
 const VERSION: &str = "version";
 const FORMAT: &[u8] = b"ivx store 1\n";
 
@@ -103,9 +105,15 @@ fn shelves() -> impl Iterator<Item = String> {
     (0..=u8::MAX).map(|shelf| format!("{shelf:02x}"))
 }
 
-/// The store, if it is one of this format.
-fn checked<S: Store>(store: S) -> Result<S, StoreError> {
-    match store.get(VERSION, FORMAT.len() as u64)? {
+/// The store, if it is one of this format; one that is to be written becomes one if it has none.
+fn checked<S: Store>(store: S, mode: Mode) -> Result<S, StoreError> {
+    let version = || store.get(VERSION, FORMAT.len() as u64);
+    let mut found = version()?;
+    if found.is_none() && mode == Mode::Write {
+        store.add(VERSION, FORMAT)?;
+        found = version()?;
+    }
+    match found {
         None => Err(StoreError::refused(VERSION, "there is none: this is no store of results")),
         Some(found) if found == FORMAT => Ok(store),
         Some(_) => Err(StoreError::refused(VERSION, "a store of another format")),

@@ -12,7 +12,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use common::{ivx, project};
-use s3::{BUCKET, Server, Way, answering, listening, proxy, silent};
+use s3::{BUCKET, Server, Way, answering, proxy, silent};
 use tempfile::TempDir;
 
 const STORE: &str = "s3://ivx/shared/results";
@@ -137,12 +137,11 @@ fn a_run_with_nothing_to_do_makes_one_listing_however_slow_the_store_is() {
 fn a_server_that_is_killed_costs_nothing_but_time() {
     let Some(mut server) = Server::start() else { return };
     let spec = spec(12, 4_000);
-    let one = machine(&spec);
+    let (one, port) = (machine(&spec), server.port);
     let said = std::thread::scope(|scope| {
-        let run = scope.spawn(|| exec(one.path(), server.port, "write"));
-        listening(server.port);
+        let run = scope.spawn(|| exec(one.path(), port, "write"));
         // What is found first has been put by then, and the rest has not.
-        common_appears(&one.path().join(".ivx/cache/objects"));
+        fills(&one.path().join(".ivx/cache/objects"));
         sleep(Duration::from_millis(300));
         server.kill();
         run.join().expect("it runs")
@@ -157,7 +156,7 @@ fn a_server_that_is_killed_costs_nothing_but_time() {
     assert_eq!(results(&one), results(&two));
 }
 
-fn common_appears(path: &Path) {
+fn fills(path: &Path) {
     let began = Instant::now();
     while fs::read_dir(path).map_or(0, Iterator::count) == 0 {
         assert!(began.elapsed() < Duration::from_mins(2), "{} stays empty", path.display());

@@ -19,7 +19,7 @@ use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
 use super::place::Service;
-use super::{FORMAT, Store, StoreError, VERSION, checked, shelves};
+use super::{Store, StoreError, checked, shelves};
 use crate::Mode;
 
 /// How long a store may be silent, with all that is tried again.
@@ -68,10 +68,7 @@ impl Bucket {
             runtime: Some(runtime().map_err(|source| failed_with("address", source))?),
             large: Mutex::default(),
         };
-        if mode == Mode::Write && bucket.size(VERSION)?.is_none() {
-            bucket.add(VERSION, FORMAT)?;
-        }
-        checked(bucket)
+        checked(bucket, mode)
     }
 
     fn path(&self, name: &str) -> Path {

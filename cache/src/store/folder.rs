@@ -4,8 +4,8 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
-use super::{FORMAT, Store, StoreError, VERSION, checked};
-use crate::{Disk, durable};
+use super::{Store, StoreError, VERSION, checked};
+use crate::{Disk, Mode, durable};
 
 const TMP: &str = "tmp";
 
@@ -44,14 +44,11 @@ impl Folder {
     pub fn create_on(disk: Disk, root: &Path) -> Result<Self, StoreError> {
         let folder = Self { root: root.to_owned(), disk };
         folder.disk.create_folder(root).map_err(|error| fault(VERSION, error))?;
-        if folder.size(VERSION)?.is_none() {
-            folder.put(VERSION, FORMAT)?;
-        }
-        checked(folder)
+        checked(folder, Mode::Write)
     }
 
     fn open_on(disk: Disk, root: &Path) -> Result<Self, StoreError> {
-        checked(Self { root: root.to_owned(), disk })
+        checked(Self { root: root.to_owned(), disk }, Mode::Read)
     }
 
     /// What lies under a name, itself and not where it leads, in folders that are none either.

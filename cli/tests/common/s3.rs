@@ -68,8 +68,12 @@ impl Server {
     fn put(&self, path: &str, bytes: &[u8]) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).expect("it listens");
         let n = bytes.len();
-        let head = "HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length:";
-        write!(stream, "PUT /{path} {head} {n}\r\n\r\n").expect("it reads");
+        // Who is named counts, and the signature does not.
+        let who =
+            "Credential=test/20260101/us-east-1/s3/aws4_request, SignedHeaders=host, Signature=0";
+        let head = format!("Host: localhost\r\nConnection: close\r\nContent-Length: {n}");
+        let signed = format!("Authorization: AWS4-HMAC-SHA256 {who}");
+        write!(stream, "PUT /{path} HTTP/1.1\r\n{head}\r\n{signed}\r\n\r\n").expect("it reads");
         stream.write_all(bytes).expect("it reads");
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("it answers");
