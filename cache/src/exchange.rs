@@ -7,17 +7,18 @@ use std::path::Path;
 ///
 /// # Errors
 /// If one is not there, or the system or the file system cannot.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[cfg(target_os = "linux")]
 pub fn exchange(a: &Path, b: &Path) -> io::Result<()> {
-    use nix::fcntl::{AT_FDCWD, RenameFlags, renameat2};
-    renameat2(AT_FDCWD, a, AT_FDCWD, b, RenameFlags::RENAME_EXCHANGE).map_err(io::Error::from)
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    // Asked of the kernel: the C library has this since 2018 only, and wheels are for older ones.
+    renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE).map_err(io::Error::from)
 }
 
 /// As on systems that can, which this is none of.
 ///
 /// # Errors
 /// Always.
-#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+#[cfg(not(target_os = "linux"))]
 pub fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
